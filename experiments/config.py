@@ -1,0 +1,136 @@
+"""What determines a trial, and what a trial leaves behind: one flat row."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+MAX_TRIAL_S = 30.0
+"""No attempt lasts longer than this in simulated time."""
+
+
+@dataclass(frozen=True)
+class TrialConfig:
+    """Everything that determines one attempt to grasp a moving object."""
+
+    tracker: str = "igpf"
+    """Tracker or control arm; `beltgrasp list` names them."""
+    speed_mps: float = 0.25
+    """Belt speed [m/s]."""
+    seed: int = 0
+    """World and noise seed; the same seed gives every tracker the same world."""
+    camera: str = "far-side"
+    """Camera view; `beltgrasp list` names them."""
+    condition: str = "normal"
+    """Light and image condition; `beltgrasp list` names them."""
+    object: str = "box"
+    """Object on the belt; `beltgrasp list` names them."""
+    predictor: str = "kalman"
+    """How the target is extrapolated over the delays; `beltgrasp list` names them."""
+    delay_s: float = 0.066
+    """Age of an image when the tracker's answer to it is available [s]."""
+    camera_rate_hz: float = 30.0
+    """Exposures per second of simulated time [Hz]."""
+    gripper_delay_s: float = 0.05
+    """Time from the close command to the first finger motion [s]."""
+    particle_count: int = 150
+    """Particles of the filter; control arms ignore it."""
+    error_threshold: float = 0.02
+    """Pose-error norm under which the paper's criterion holds [m; radians weighted by 0.1 m]."""
+
+    def __post_init__(self) -> None:
+        _require_number("speed_mps", self.speed_mps, 0.0, 3.0)
+        _require_number("delay_s", self.delay_s, 0.0, 1.0)
+        _require_number("gripper_delay_s", self.gripper_delay_s, 0.0, 1.0)
+        _require_number("camera_rate_hz", self.camera_rate_hz, 1.0, 120.0)
+        _require_number("error_threshold", self.error_threshold, 1e-6, 1.0)
+        if self.seed < 0:
+            raise ValueError(f"seed must be 0 or greater, got {self.seed}")
+        if self.particle_count < 1:
+            raise ValueError(f"particle_count must be 1 or greater, got {self.particle_count}")
+
+    @property
+    def trial_id(self) -> str:
+        """Hash of every field: equal ids mean equal worlds, trackers and noise."""
+        canonical = json.dumps(dataclasses.asdict(self), sort_keys=True)
+        return hashlib.sha256(canonical.encode()).hexdigest()[:16]
+
+
+def _require_number(field: str, value: float, low: float, high: float) -> None:
+    if not (math.isfinite(value) and low <= value <= high):
+        raise ValueError(f"{field} must be a number from {low:g} to {high:g}, got {value!r}")
+
+
+Outcome = Literal[
+    "success",
+    "never_detected",
+    "lost_track",
+    "left_belt",
+    "knocked",
+    "missed",
+    "slipped",
+    "dropped",
+    "collision",
+    "joint_limit",
+    "infeasible_ik",
+    "timeout",
+    "error",
+]
+"""How an attempt ended: success, or the first cause of failure."""
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """One CSV row; empty cells (None) where a trial never came to the event."""
+
+    trial_id: str
+    preset: str
+    tracker: str
+    camera: str
+    condition: str
+    object: str
+    predictor: str
+    speed_mps: float
+    delay_s: float
+    seed: int
+    outcome: Outcome
+    success: bool
+    clean_success: bool
+    criterion_met: bool
+    time_to_track_s: float | None
+    time_to_sync_s: float | None
+    time_to_grasp_s: float | None
+    belt_used_m: float | None
+    track_rmse_m: float | None
+    track_yaw_rmse_rad: float | None
+    close_error_m: float | None
+    close_error_closing_axis_m: float | None
+    close_yaw_error_rad: float | None
+    in_hand_slip_m: float | None
+    max_tilt_rad: float
+    is_early_contact: bool
+    median_ess: float | None
+    lost_count: int
+    visible_fraction_min: float | None
+    simulated_s: float
+    detail: str
+    commit: str
+    mujoco_version: str
+    gl_renderer: str
+
+
+@dataclass(frozen=True)
+class TrialTimings:
+    """Wall-clock costs of one trial; kept apart because they differ from run to run."""
+
+    trial_id: str
+    wall_s: float
+    simulated_s: float
+    render_ms_per_image: float | None
+    track_ms_per_image: float | None
+    servo_ms_per_step: float | None
+    world_ms_per_step: float | None
