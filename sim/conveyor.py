@@ -1,0 +1,72 @@
+"""Belt conveyor: a still geom with a surface velocity, between passive rails."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+from dm_control import composer, mjcf
+
+from sim import ASSETS
+
+BELT_CENTRE_X_M = 0.50
+"""World x of the centreline; the belt runs along +y and carries at z = 0."""
+
+BELT_WIDTH_M = 0.40
+BELT_Y_MIN_M = -1.30
+BELT_Y_MAX_M = 1.30
+
+
+@runtime_checkable
+class SpeedProfile(Protocol):
+    """Belt speed as a function of time."""
+
+    def __call__(self, time_s: float) -> float:
+        """Speed along +y [m/s] at `time_s`."""
+        ...
+
+
+@dataclass(frozen=True)
+class ConstantSpeed:
+    """A belt that always runs at the same speed."""
+
+    speed_mps: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.speed_mps) and self.speed_mps >= 0.0):
+            raise ValueError(f"speed_mps must be finite and >= 0, got {self.speed_mps!r}")
+
+    def __call__(self, time_s: float) -> float:
+        """Speed along +y [m/s], whatever the time."""
+        return self.speed_mps
+
+
+class Conveyor(composer.Entity):
+    """Conveyor; its frame is the centre of the carrying surface, y along the belt."""
+
+    def _build(self) -> None:
+        self._mjcf_root = mjcf.from_path(str(ASSETS / "conveyor.xml"))
+        self._belt = self._mjcf_root.find("geom", "belt")
+        self._rails = tuple(
+            self._mjcf_root.find("geom", f"rail_{side}") for side in ("near", "far")
+        )
+
+    @property
+    def mjcf_model(self) -> Any:
+        """PyMJCF model of the conveyor."""
+        return self._mjcf_root
+
+    @property
+    def belt_geom(self) -> Any:
+        """The carrying geom."""
+        return self._belt
+
+    @property
+    def rail_geoms(self) -> tuple[Any, Any]:
+        """Near (robot side) and far rail."""
+        return self._rails
+
+    def set_speed(self, physics: Any, speed_mps: float) -> None:
+        """Sets the surface velocity of the belt along +y from the next physics step on."""
+        physics.model.geom_surfacevel[physics.bind(self._belt).element_id, 1] = speed_mps

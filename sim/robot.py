@@ -1,0 +1,202 @@
+"""UR5 arm with an RG2-like two-finger gripper, as one composer entity.
+
+The arm is servoed in position with velocity feed-forward, the gripper by a force-limited position
+servo on the opening. Numbers of the arm: [URDescription]; of the gripper: see assets/PROVENANCE.md.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from dm_control import composer, mjcf
+
+from sim import ASSETS
+
+JOINT_NAMES = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+"""Order of every joint vector q."""
+
+HOME_Q_RAD = (-0.980359, -0.937614, 1.064075, -1.697257, -1.570796, -0.980359)
+"""Waiting pose: elbow up, hand straight down and fingers along world x, 0.55 m upstream."""
+
+MAX_JOINT_SPEED_RADPS = np.pi
+"""Speed limit of every joint [URDescription]."""
+
+STROKE_M = 0.110
+"""Largest opening between the pads."""
+
+FINGER_FORCE_N = 40.0
+"""Largest closing force of each finger."""
+
+FINGER_SPEED_MPS = 0.127
+"""Rate at which the opening of the real gripper changes at full speed; callers ramp with it."""
+
+DH_A_M = (0.0, -0.425, -0.39225, 0.0, 0.0, 0.0)
+DH_D_M = (0.089159, 0.0, 0.0, 0.10915, 0.09465, 0.0823)
+DH_ALPHA_RAD = (np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0)
+
+
+def dh_forward(q_rad: np.ndarray) -> np.ndarray:
+    """Pose of the flange in the robot's mounting frame, from the published DH table.
+
+    The Denavit-Hartenberg base frame of the UR5 is the mounting frame (that of `ur5.xml`, x
+    towards the belt) turned by half a circle about z. Source: [URDescription], CB3 table "UR5".
+
+    Args:
+        q_rad: (6,) joint angles in the order of JOINT_NAMES.
+
+    Returns:
+        (4, 4) T_mount_flange; z of the flange points out of the arm.
+    """
+    T = np.diag([-1.0, -1.0, 1.0, 1.0])
+    for q, a, d, alpha in zip(q_rad, DH_A_M, DH_D_M, DH_ALPHA_RAD, strict=True):
+        c, s = np.cos(q), np.sin(q)
+        ca, sa = np.cos(alpha), np.sin(alpha)
+        T = T @ np.array(
+            [
+                [c, -s * ca, s * sa, a * c],
+                [s, c * ca, -c * sa, a * s],
+                [0.0, sa, ca, d],
+                [0.0, 0.0, 0.0, 1.0],
+            ]
+        )
+    return T
+
+
+class Robot(composer.Entity):
+    """UR5 with gripper; its frame is the mounting face of the arm, x towards the work."""
+
+    def _build(self, fixed_fingers: bool = False) -> None:
+        """Reads both models and bolts the gripper to the flange.
+
+        Args:
+            fixed_fingers: Weld the fingers fully open and leave out everything that moves them:
+                the six-joint model that inverse kinematics wants.
+        """
+        self._mjcf_root = mjcf.from_path(str(ASSETS / "robots" / "ur5.xml"))
+        self._gripper = mjcf.from_path(str(ASSETS / "grippers" / "rg2.xml"))
+        if fixed_fingers:
+            _weld_fingers_open(self._gripper)
+        self._mjcf_root.find("site", "tool_mount").attach(self._gripper)
+
+        self._arm_joints = tuple(self._mjcf_root.find("joint", name) for name in JOINT_NAMES)
+        self._arm_actuators = tuple(self._mjcf_root.find("actuator", name) for name in JOINT_NAMES)
+        self._finger_joints = tuple(
+            joint
+            for side in ("right_finger", "left_finger")
+            if (joint := self._gripper.find("joint", side)) is not None
+        )
+        self._gripper_actuator = self._gripper.find("actuator", "grip")
+        solid = [g for g in self._mjcf_root.find_all("geom") if not _is_visual(g)]
+        self._hand_geoms = tuple(g for g in solid if g.root is self._gripper)
+        self._arm_geoms = tuple(g for g in solid if g.root is self._mjcf_root)
+
+    @property
+    def mjcf_model(self) -> Any:
+        """PyMJCF model of the arm with the gripper attached."""
+        return self._mjcf_root
+
+    @property
+    def arm_joints(self) -> tuple[Any, ...]:
+        """The six joint elements, in the order of JOINT_NAMES."""
+        return self._arm_joints
+
+    @property
+    def arm_actuators(self) -> tuple[Any, ...]:
+        """The six position servos, in the order of JOINT_NAMES."""
+        return self._arm_actuators
+
+    @property
+    def finger_joints(self) -> tuple[Any, ...]:
+        """Right and left slide, 0 m closed to STROKE_M / 2 open; empty with fixed fingers."""
+        return self._finger_joints
+
+    @property
+    def gripper_actuator(self) -> Any | None:
+        """The force-limited servo of the opening; None with fixed fingers."""
+        return self._gripper_actuator
+
+    @property
+    def tcp_site(self) -> Any:
+        """Midpoint of the pads' centres: z out of the hand, x the closing axis."""
+        return self._gripper.find("site", "tcp")
+
+    @property
+    def flange_site(self) -> Any:
+        """Tool flange of the arm, the end of the DH chain."""
+        return self._mjcf_root.find("site", "flange")
+
+    @property
+    def pad_geoms(self) -> tuple[Any, Any]:
+        """Right and left pad."""
+        return tuple(self._gripper.find("geom", name) for name in ("right_pad", "left_pad"))
+
+    @property
+    def hand_geoms(self) -> tuple[Any, ...]:
+        """Every colliding geom of the gripper, the pads among them."""
+        return self._hand_geoms
+
+    @property
+    def arm_geoms(self) -> tuple[Any, ...]:
+        """Every colliding geom of the arm."""
+        return self._arm_geoms
+
+    def command_arm(self, physics: Any, q_rad: np.ndarray, qd_radps: np.ndarray) -> None:
+        """Sets the joint servos to follow a moving configuration without velocity lag.
+
+        A position servo trails a moving set-point by (kv / kp) qd; that much is added to it.
+
+        Args:
+            physics: Physics of the compiled scene.
+            q_rad: (6,) wanted joint angles.
+            qd_radps: (6,) wanted joint speeds.
+        """
+        servos = physics.bind(self._arm_actuators)
+        lead_s = servos.biasprm[:, 2] / servos.biasprm[:, 1]
+        servos.ctrl = np.asarray(q_rad) + lead_s * np.asarray(qd_radps)
+
+    def command_width(self, physics: Any, width_m: float) -> None:
+        """Sets the opening the gripper moves to; a set-point inside an object squeezes it."""
+        physics.bind(self._gripper_actuator).ctrl = 0.5 * np.clip(width_m, 0.0, STROKE_M)
+
+    def q(self, physics: Any) -> np.ndarray:
+        """(6,) joint angles [rad]."""
+        return np.array(physics.bind(self._arm_joints).qpos)
+
+    def qd(self, physics: Any) -> np.ndarray:
+        """(6,) joint speeds [rad/s]."""
+        return np.array(physics.bind(self._arm_joints).qvel)
+
+    def width_m(self, physics: Any) -> float:
+        """Opening between the pads."""
+        return float(np.sum(physics.bind(self._finger_joints).qpos))
+
+    def set_configuration(self, physics: Any, q_rad: np.ndarray, width_m: float) -> None:
+        """Puts arm and fingers in place, at rest, with their servos holding them there."""
+        arm = physics.bind(self._arm_joints)
+        arm.qpos, arm.qvel = q_rad, 0.0
+        self.command_arm(physics, q_rad, np.zeros(6))
+        fingers = physics.bind(self._finger_joints)
+        fingers.qpos, fingers.qvel = 0.5 * width_m, 0.0
+        self.command_width(physics, width_m)
+
+
+def _is_visual(geom: Any) -> bool:
+    return geom.dclass is not None and geom.dclass.dclass == "visual"
+
+
+def _weld_fingers_open(gripper: Any) -> None:
+    """Removes every joint, coupling, tendon and actuator, leaving the fingers fully open."""
+    for kind in ("actuator", "equality", "tendon", "joint"):
+        for element in gripper.find_all(kind):
+            element.remove()
+    for name, direction in (("right_finger", 1.0), ("left_finger", -1.0)):
+        finger = gripper.find("body", name)
+        finger.pos = finger.pos + np.array([0.5 * direction * STROKE_M, 0.0, 0.0])
