@@ -1,5 +1,7 @@
 """The simulated world: UR5, gripper, conveyor, RGB-D camera, physics of success, and the servo."""
 
+import contextlib
+import ctypes
 import os
 from pathlib import Path
 
@@ -8,3 +10,28 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 """Folder of MJCF models and meshes; the same place in a checkout and in an installed wheel."""
+
+
+class OffscreenGLError(RuntimeError):
+    """This machine cannot render without a display; the message says what to install."""
+
+
+def _require_offscreen_gl() -> None:
+    """Raises OffscreenGLError where importing mujoco would fail with a puzzling AttributeError."""
+    if os.environ["MUJOCO_GL"] != "egl":
+        return
+    try:
+        ctypes.CDLL("libEGL.so.1")
+        for name in ("libOpenGL.so.0", "libGL.so.1"):
+            with contextlib.suppress(OSError):
+                ctypes.CDLL(name)
+                return
+        raise OSError("neither libOpenGL.so.0 nor libGL.so.1 can be loaded")
+    except OSError as error:
+        raise OffscreenGLError(
+            f"offscreen rendering is not possible ({error}); on Debian or Ubuntu: apt-get install "
+            "-y --no-install-recommends libegl1 libgl1 libopengl0 libgl1-mesa-dri"
+        ) from error
+
+
+_require_offscreen_gl()

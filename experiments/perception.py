@@ -1,0 +1,173 @@
+"""What the arm is told about the target: a tracker's view of the images, or a control arm's.
+
+The control arms bound what any tracker can do. `oracle` and `oracle-noisy` read the simulator's
+truth; this module and `experiments/trial.py` are the only places where truth and perception meet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from experiments.trace import EstimateSample
+from sim.grasp import TargetMotion
+from tracker.backproject import TargetPose
+from tracker.perception import TargetObservation, TargetTracker
+from tracker.prediction import Predictor, TargetPrediction
+
+OBSERVED_STD_M = 0.002
+OBSERVED_STD_RAD = math.radians(1.0)
+
+
+@dataclass(frozen=True)
+class ControlArm:
+    """A stand-in for a tracker, to tell tracking failures from grasping failures."""
+
+    description: str
+
+
+CONTROL_ARMS: dict[str, ControlArm] = {
+    "oracle": ControlArm("the simulator's true pose and velocity, without delay"),
+    "oracle-noisy": ControlArm(
+        "the true pose at camera rate and delay, with noise of 2 mm and 1 degree"
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """The target as the simulator knows it."""
+
+    time_s: float
+    position_m: np.ndarray
+    """(3,) centre of the top face in the world."""
+    yaw_rad: float
+    velocity_mps: np.ndarray
+    """(3,) in the world."""
+    yaw_rate_radps: float
+
+
+class Perception(Protocol):
+    """What the control loop asks, once a control step."""
+
+    pose_count: int
+    """Usable poses so far."""
+
+    def update(self, observation: dict[str, np.ndarray]) -> EstimateSample | None:
+        """Takes in the environment's observation; returns an estimate where an image was new."""
+        ...
+
+    def predict(self, time_s: float) -> TargetMotion | None:
+        """The target at `time_s`, None while it is not known."""
+        ...
+
+
+class Seeing:
+    """A tracker on the camera's images, and a predictor over the delays."""
+
+    def __init__(self, tracker: TargetTracker, predictor: Predictor) -> None:
+        self._tracker = tracker
+        self._predictor = predictor
+        self._image_count = 0
+        self.pose_count = 0
+        self.last: TargetObservation | None = None
+        """What the tracker made of the newest image, for pictures."""
+
+    def update(self, observation: dict[str, np.ndarray]) -> EstimateSample | None:
+        """Tracks in the image if it is a new one."""
+        if observation["camera/count"] == self._image_count:
+            return None
+        self._image_count = int(observation["camera/count"])
+        time_s = float(observation["camera/time_s"])
+        seen = self._tracker.update(
+            observation["camera/rgb"], observation["camera/depth_m"], time_s
+        )
+        self.last = seen
+        if seen.pose is not None:
+            self._predictor.update(seen.pose)
+            self.pose_count += 1
+        return EstimateSample(
+            time_s=time_s,
+            position_m=None if seen.pose is None else seen.pose.position_m,
+            yaw_rad=None if seen.pose is None else seen.pose.yaw_rad,
+            status=str(seen.status),
+            ess=seen.warp.ess if seen.warp else None,
+            visible_fraction=seen.warp.visible_fraction if seen.warp else None,
+        )
+
+    def predict(self, time_s: float) -> TargetPrediction | None:
+        """The predictor's answer."""
+        return self._predictor.predict(time_s)
+
+
+class Oracle:
+    """The truth itself, at every control step."""
+
+    def __init__(self, read_truth: Callable[[], Truth]) -> None:
+        self._read_truth = read_truth
+        self.pose_count = 0
+
+    def update(self, observation: dict[str, np.ndarray]) -> EstimateSample | None:
+        """Needs no image; counts a pose every control step."""
+        del observation
+        self.pose_count += 1
+        truth = self._read_truth()
+        return EstimateSample(truth.time_s, truth.position_m, truth.yaw_rad, "tracking", None, None)
+
+    def predict(self, time_s: float) -> Truth:
+        """The truth of now, whatever time is asked for."""
+        del time_s
+        return self._read_truth()
+
+
+class NoisyOracle:
+    """The truth with declared noise, at the camera's rate and delay, through a predictor."""
+
+    def __init__(
+        self,
+        read_truth: Callable[[], Truth],
+        predictor: Predictor,
+        rate_hz: float,
+        delay_s: float,
+        rng: np.random.Generator,
+    ) -> None:
+        self._read_truth = read_truth
+        self._predictor = predictor
+        self._interval_s, self._delay_s = 1.0 / rate_hz, delay_s
+        self._rng = rng
+        self._in_flight: deque[TargetPose] = deque()
+        self._exposures = 0
+        self.pose_count = 0
+
+    def update(self, observation: dict[str, np.ndarray]) -> EstimateSample | None:
+        """Exposes at the camera's times; delivers what is old enough."""
+        del observation
+        truth = self._read_truth()
+        if truth.time_s >= self._exposures * self._interval_s - 1e-9:
+            self._exposures += 1
+            self._in_flight.append(self._observe(truth))
+        if not self._in_flight or self._in_flight[0].time_s + self._delay_s > truth.time_s + 1e-9:
+            return None
+        pose = self._in_flight.popleft()
+        self._predictor.update(pose)
+        self.pose_count += 1
+        return EstimateSample(pose.time_s, pose.position_m, pose.yaw_rad, "tracking", None, None)
+
+    def predict(self, time_s: float) -> TargetPrediction | None:
+        """The predictor's answer."""
+        return self._predictor.predict(time_s)
+
+    def _observe(self, truth: Truth) -> TargetPose:
+        noise = self._rng.standard_normal(4)
+        variances = [OBSERVED_STD_M**2] * 3 + [OBSERVED_STD_RAD**2]
+        return TargetPose(
+            position_m=truth.position_m + OBSERVED_STD_M * noise[:3],
+            yaw_rad=truth.yaw_rad + OBSERVED_STD_RAD * noise[3],
+            covariance=np.diag(variances),
+            time_s=truth.time_s,
+        )

@@ -1,0 +1,193 @@
+"""One-pass RGB-D camera: named views, intrinsics, extrinsics and offscreen rendering.
+
+Colour and depth come from one render and one read, which costs half of two renders. Depth is
+exact only without multisampling, so the arena compiles with `offsamples="0"`; a context that
+samples more is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+
+@dataclass(frozen=True)
+class CameraView:
+    """Where a fixed camera stands and how wide it looks."""
+
+    description: str
+    position_m: tuple[float, float, float]
+    look_at_m: tuple[float, float, float]
+    up: tuple[float, float, float]
+    """World direction that points up in the image."""
+    fovy_rad: float
+
+    @property
+    def R_world_camera(self) -> np.ndarray:
+        """(3, 3) rotation; camera axes x right, y down, z forward (OpenCV)."""
+        z = np.subtract(self.look_at_m, self.position_m)
+        z = z / np.linalg.norm(z)
+        x = np.cross(z, self.up)
+        x = x / np.linalg.norm(x)
+        return np.column_stack([x, np.cross(z, x), z])
+
+    @property
+    def T_world_camera(self) -> np.ndarray:
+        """(4, 4) pose of the camera in the world."""
+        T = np.eye(4)
+        T[:3, :3] = self.R_world_camera
+        T[:3, 3] = self.position_m
+        return T
+
+    def intrinsics(self, width_px: int, height_px: int) -> np.ndarray:
+        """(3, 3) matrix K; pixel centres lie at integer coordinates."""
+        focal_px = 0.5 * height_px / math.tan(0.5 * self.fovy_rad)
+        return np.array(
+            [
+                [focal_px, 0.0, 0.5 * (width_px - 1)],
+                [0.0, focal_px, 0.5 * (height_px - 1)],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+
+CAMERAS: dict[str, CameraView] = {
+    "far-side": CameraView(
+        description="oblique view across the belt towards the robot; the hand hides little",
+        position_m=(1.50, 0.0, 1.15),
+        look_at_m=(0.50, 0.0, 0.0),
+        up=(0.0, 0.0, 1.0),
+        fovy_rad=math.radians(50.0),
+    ),
+    "overhead": CameraView(
+        description="straight down on the belt; the hand hides the object while it grasps",
+        position_m=(0.50, 0.0, 1.75),
+        look_at_m=(0.50, 0.0, 0.0),
+        up=(-1.0, 0.0, 0.0),
+        fovy_rad=math.radians(45.0),
+    ),
+}
+
+STUDIO = CameraView(
+    description="three-quarter view of the whole cell, for videos",
+    position_m=(1.55, -1.35, 1.05),
+    look_at_m=(0.30, -0.05, 0.20),
+    up=(0.0, 0.0, 1.0),
+    fovy_rad=math.radians(45.0),
+)
+
+
+def get_view(name: str) -> CameraView:
+    """The named view; raises ValueError that lists the valid names."""
+    if name not in CAMERAS:
+        raise ValueError(f"camera must be one of {', '.join(CAMERAS)}; got {name!r}")
+    return CAMERAS[name]
+
+
+def add_camera(mjcf_root: Any, name: str, view: CameraView) -> Any:
+    """Adds `view` to a PyMJCF model and returns the camera element."""
+    R = view.R_world_camera
+    return mjcf_root.worldbody.add(
+        "camera",
+        name=name,
+        pos=view.position_m,
+        xyaxes=np.concatenate([R[:, 0], -R[:, 1]]),
+        fovy=math.degrees(view.fovy_rad),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class CameraImage:
+    """One exposure of a calibrated RGB-D camera."""
+
+    rgb: np.ndarray
+    """(h, w, 3) uint8."""
+    depth_m: np.ndarray
+    """(h, w) float32, distance along the optical axis, clipped to the far plane."""
+    time_s: float
+    """When the image was exposed."""
+
+
+class OffscreenRenderer:
+    """Renders any camera of a compiled model without a display; one OpenGL context each.
+
+    Close it when done: Mesa prints errors for contexts that outlive the interpreter.
+    """
+
+    def __init__(self, model: mujoco.MjModel, width_px: int, height_px: int) -> None:
+        self._gl = mujoco.GLContext(width_px, height_px)
+        self._gl.make_current()
+        model.vis.global_.offwidth = max(width_px, int(model.vis.global_.offwidth))
+        model.vis.global_.offheight = max(height_px, int(model.vis.global_.offheight))
+        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        if self._context.offSamples:
+            raise ValueError(
+                f"offsamples must be 0 for exact depth, got {self._context.offSamples}"
+            )
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        self._scene = mujoco.MjvScene(model, maxgeom=400)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
+        self._option = mujoco.MjvOption()
+        self._option.sitegroup[:] = 0
+        self._camera = mujoco.MjvCamera()
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._rgb = np.empty((height_px, width_px, 3), np.uint8)
+        self._depth = np.empty((height_px, width_px), np.float32)
+        self._rect = mujoco.MjrRect(0, 0, width_px, height_px)
+
+    @property
+    def backend(self) -> str:
+        """Name of the OpenGL platform in use, such as `egl`."""
+        return type(self._gl).__module__.rsplit(".", 1)[-1]
+
+    def render(
+        self, model: mujoco.MjModel, data: mujoco.MjData, camera_name: str, *, shadows: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """One pass of the named camera.
+
+        Returns:
+            (h, w, 3) uint8 colours and (h, w) float32 depth [m] along the optical axis; both are
+            views of buffers that the next call overwrites.
+        """
+        self._gl.make_current()
+        self._camera.fixedcamid = model.camera(camera_name).id
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        mujoco.mjv_updateScene(
+            model, data, self._option, None, self._camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
+        )
+        mujoco.mjr_render(self._rect, self._scene, self._context)
+        mujoco.mjr_readPixels(self._rgb, self._depth, self._rect, self._context)
+        near = model.vis.map.znear * model.stat.extent
+        far = model.vis.map.zfar * model.stat.extent
+        _linearise_depth(self._depth, near, far)
+        return self._rgb[::-1], self._depth[::-1]
+
+    def close(self) -> None:
+        """Frees the OpenGL context; a second call does nothing."""
+        if self._gl is not None:
+            self._gl.make_current()
+            self._context.free()
+            self._gl.free()
+            self._gl = None
+
+    def __enter__(self) -> OffscreenRenderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _linearise_depth(buffer: np.ndarray, near_m: float, far_m: float) -> None:
+    """Turns a zero-far depth buffer into metres in place.
+
+    Source: OpenGL perspective projection with a clip depth of 1 at the near plane and 0 at the
+    far one.
+    """
+    offset = near_m / (far_m - near_m)
+    buffer += np.float32(offset)
+    np.divide(np.float32(far_m * offset), buffer, out=buffer)
