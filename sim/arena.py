@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -126,6 +127,8 @@ class Cell(composer.Arena):
 
     def set_light_scale(self, physics: Any, scale: float) -> None:
         """Dims (or brightens) every light of the cell, 1 being the compiled brightness."""
+        if not (math.isfinite(scale) and scale >= 0.0):
+            raise ValueError(f"scale must be finite and >= 0, got {scale!r}")
         for light in self._lights:
             physics.bind(light).diffuse = scale * np.asarray(light.diffuse)
             physics.bind(light).specular = scale * np.asarray(light.specular)

@@ -151,7 +151,9 @@ class Robot(composer.Entity):
     def command_arm(self, physics: Any, q_rad: np.ndarray, qd_radps: np.ndarray) -> None:
         """Sets the joint servos to follow a moving configuration without velocity lag.
 
-        A position servo trails a moving set-point by (kv / kp) qd; that much is added to it.
+        A position servo trails a moving set-point by (kv / kp) qd; that much is added to it. The
+        set-point then stands still until the next command, so give the configuration wanted in
+        the middle of the control step; its end would make the arm lead by half a step.
 
         Args:
             physics: Physics of the compiled scene.
@@ -179,7 +181,10 @@ class Robot(composer.Entity):
         return float(np.sum(physics.bind(self._finger_joints).qpos))
 
     def set_configuration(self, physics: Any, q_rad: np.ndarray, width_m: float) -> None:
-        """Puts arm and fingers in place, at rest, with their servos holding them there."""
+        """Puts arm and fingers in place, at rest, with their servos holding them there.
+
+        Call inside `physics.reset_context()`, which brings all that depends on them up to date.
+        """
         arm = physics.bind(self._arm_joints)
         arm.qpos, arm.qvel = q_rad, 0.0
         self.command_arm(physics, q_rad, np.zeros(6))
