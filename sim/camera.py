@@ -7,7 +7,9 @@ samples more is refused.
 
 from __future__ import annotations
 
+import importlib
 import math
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -119,7 +121,7 @@ class OffscreenRenderer:
     """
 
     def __init__(self, model: mujoco.MjModel, width_px: int, height_px: int) -> None:
-        self._gl = mujoco.GLContext(width_px, height_px)
+        self._gl = _gl_context(width_px, height_px)
         self._gl.make_current()
         model.vis.global_.offwidth = max(width_px, int(model.vis.global_.offwidth))
         model.vis.global_.offheight = max(height_px, int(model.vis.global_.offheight))
@@ -180,6 +182,15 @@ class OffscreenRenderer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _gl_context(width_px: int, height_px: int) -> Any:
+    """A context of the platform that MUJOCO_GL names.
+
+    `mujoco.GLContext` obeys the variable only if it was set before mujoco's first import.
+    """
+    platform = importlib.import_module(f"mujoco.{os.environ['MUJOCO_GL']}")
+    return platform.GLContext(width_px, height_px)
 
 
 def _linearise_depth(buffer: np.ndarray, near_m: float, far_m: float) -> None:

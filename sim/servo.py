@@ -35,6 +35,8 @@ class ServoConfig:
     """Own choice, since the manufacturer publishes none; torque limits hold besides."""
     clearance_m: float = 0.004
     """Smallest allowed distance between the hand and the belt."""
+    approach_gain_hz: float = 30.0
+    """Fastest approach of hand and belt, as a share of their remaining distance per second."""
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
@@ -106,19 +108,19 @@ class Servo:
         )
         self._acceleration = AccelerationLimit(model, config.joint_acceleration_radps2)
         joints = [model.joint(i).name for i in range(model.njnt)]
-        self._limits: list[mink.Limit] = [
+        self._hard_limits: list[mink.Limit] = [
             mink.ConfigurationLimit(model),
             mink.VelocityLimit(model, {name: config.joint_speed_radps for name in joints}),
-            self._acceleration,
             mink.CollisionAvoidanceLimit(
                 model,
                 [(hand_geoms, belt_geoms)],
+                gain=config.approach_gain_hz * self._dt,
                 minimum_distance_from_collisions=config.clearance_m,
-                collision_detection_distance=0.03,
+                collision_detection_distance=0.08,
             ),
         ]
         self.is_feasible = True
-        """Whether the last solve found joint motion within all limits."""
+        """Whether the last solve found joint motion within the hard limits."""
 
     @property
     def q(self) -> np.ndarray:
@@ -160,24 +162,27 @@ class Servo:
         world_to_tcp = T.rotation().inverse()
         step = np.concatenate([world_to_tcp.apply(twist[:3]), world_to_tcp.apply(twist[3:])])
         self._task.set_target(T.multiply(mink.SE3.exp(step * self._dt)))
-        try:
-            velocity = mink.solve_ik(
-                self._configuration,
-                [self._task],
-                self._dt,
-                "daqp",
-                damping=1e-8,
-                limits=self._limits,
-            )
-            self.is_feasible = bool(np.all(np.isfinite(velocity)))
-        except mink.NoSolutionFound:
-            self.is_feasible = False
-        if not self.is_feasible:
+        # Rather brake harder than planned than hit the belt: the arm's torques still bound it.
+        velocity = self._solve([*self._hard_limits, self._acceleration])
+        if velocity is None:
+            velocity = self._solve(self._hard_limits)
+        self.is_feasible = velocity is not None
+        if velocity is None:
             velocity = self._braked_velocity()
         before = self.q
         self._configuration.integrate_inplace(velocity, self._dt)
         self._acceleration.last_velocity = velocity
         return 0.5 * (before + self.q), self.qd
+
+    def _solve(self, limits: list[mink.Limit]) -> np.ndarray | None:
+        """(6,) joint velocities, None where no motion satisfies the limits."""
+        try:
+            velocity = mink.solve_ik(
+                self._configuration, [self._task], self._dt, "daqp", damping=1e-8, limits=limits
+            )
+        except mink.NoSolutionFound:
+            return None
+        return velocity if np.all(np.isfinite(velocity)) else None
 
     def _desired_twist(self, goal_T: np.ndarray, goal_twist: np.ndarray) -> np.ndarray:
         c = self._config
