@@ -1,0 +1,54 @@
+"""Every name a user can give, with one line about it, read from the registries."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from experiments.config import TrialConfig
+from experiments.presets import PRESETS
+
+
+@cache
+def catalogue() -> dict[str, dict[str, str]]:
+    """Kind -> name -> description; imports the simulation, so it takes a second."""
+    from experiments.perception import CONTROL_ARMS
+    from sim.camera import CAMERAS
+    from sim.degradations import CONDITIONS
+    from sim.objects import OBJECTS
+    from tracker.prediction import PREDICTORS
+    from tracker.registry import TRACKERS
+
+    return {
+        "trackers": _descriptions(TRACKERS),
+        "control arms": _descriptions(CONTROL_ARMS),
+        "cameras": _descriptions(CAMERAS),
+        "objects": _descriptions(OBJECTS),
+        "conditions": _descriptions(CONDITIONS),
+        "predictors": _descriptions(PREDICTORS),
+        "presets": _descriptions(PRESETS),
+    }
+
+
+def _descriptions(registry: Mapping[str, Any]) -> dict[str, str]:
+    return {name: entry.description for name, entry in registry.items()}
+
+
+def check_names(config: TrialConfig) -> None:
+    """Raises ValueError for the first name that no registry holds."""
+    names = catalogue()
+    trackers = [*names["trackers"], *names["control arms"]]
+    require_known("tracker", config.tracker, trackers)
+    for field in ("camera", "object", "condition", "predictor"):
+        require_known(field, getattr(config, field), names[f"{field}s"])
+
+
+def require_known(field: str, value: str, valid: Mapping[str, Any] | list[str]) -> None:
+    """Raises ValueError that lists the valid names and suggests the nearest."""
+    if value in valid:
+        return
+    near = difflib.get_close_matches(value, list(valid), n=1)
+    suggestion = f"; did you mean {near[0]!r}?" if near else ""
+    raise ValueError(f"{field} must be one of {', '.join(valid)}; got {value!r}{suggestion}")

@@ -1,0 +1,235 @@
+"""The command `beltgrasp`: one attempt, a sweep of many, tables and figures of their results."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import tyro
+from tyro.conf import Positional, arg, subcommand
+
+from experiments.config import TrialConfig
+
+# Everything heavy is imported inside the commands, so that --help answers at once.
+
+_USAGE_EXIT, _CRASH_EXIT, _INTERRUPT_EXIT = 2, 1, 130
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Runs one attempt and prints its row: `beltgrasp trial --tracker igpf --speed-mps 0.25`."""
+
+    config: Annotated[TrialConfig, arg(name="")]
+    video: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Writes an MP4: the camera's view with warp, particles and phase, beside the cell."""
+    json: bool = False
+    """Prints the row as one JSON object instead of a summary."""
+
+    def run(self) -> int:
+        """Exit code 0, or 1 for an attempt that crashed; a failed grasp is no crash."""
+        from experiments import manifest, workers
+        from experiments.summary import summary_lines
+
+        workers.limit_threads()
+        _check_worlds([self.config])
+        if self.video is not None:
+            self.video.parent.mkdir(parents=True, exist_ok=True)
+        job = workers.TrialJob("trial", manifest.provenance())
+        attempt = workers.attempt(job, 0, self.config, self.video)
+        if attempt.crash is not None:
+            print(attempt.crash.rstrip(), file=sys.stderr)
+        if self.json:
+            from experiments.records import to_json
+
+            print(json.dumps(to_json(attempt.result)))
+        else:
+            print("\n".join(summary_lines(self.config, attempt.result, attempt.timings)))
+            if self.video is not None and attempt.crash is None:
+                print(f"video: {self.video}")
+        return 0 if attempt.crash is None else _CRASH_EXIT
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Runs a preset into a folder; the same command again resumes: `beltgrasp sweep demo`."""
+
+    preset: Annotated[Positional[str], arg(metavar="PRESET")]
+    """Name of the preset; `beltgrasp list` names them."""
+    out: Annotated[Path | None, arg(metavar="DIR")] = None
+    """Results folder; out/PRESET if not given."""
+    workers: Annotated[int | None, arg(metavar="N")] = None
+    """Worker processes; one for each processor if not given. The results do not depend on it."""
+
+    def run(self) -> int:
+        """Exit code 0, or 1 if any trial crashed."""
+        from experiments.catalogue import require_known
+        from experiments.presets import PRESETS
+        from experiments.sweep import SweepInterrupted, default_worker_count, run_sweep
+
+        require_known("preset", self.preset, PRESETS)
+        preset, out = PRESETS[self.preset], self.out or Path("out") / self.preset
+        workers = default_worker_count() if self.workers is None else self.workers
+        _check_worlds(preset.cells)
+        try:
+            done = run_sweep(preset, out, workers)
+        except SweepInterrupted as interrupt:
+            print(f"beltgrasp: {interrupt}; the same command resumes:", file=sys.stderr)
+            print(f"  beltgrasp sweep {preset.name} --out {out}", file=sys.stderr)
+            return _INTERRUPT_EXIT
+        print(f"{done.success_count} of {done.trial_count} grasps succeeded: {done.trials_path}")
+        print(f"tables and figures: beltgrasp report {out}")
+        if done.error_count:
+            print(
+                f"beltgrasp: {done.error_count} trials crashed; tracebacks: {out / 'errors'}",
+                file=sys.stderr,
+            )
+        return _CRASH_EXIT if done.error_count else 0
+
+
+@dataclass(frozen=True)
+class Report:
+    """Rebuilds tables and figures from a folder's trials.csv: `beltgrasp report out/demo`."""
+
+    folder: Annotated[Positional[Path], arg(metavar="DIR")]
+    """Results folder of a sweep, finished or not."""
+
+    def run(self) -> int:
+        """Exit code 0."""
+        from experiments.report import write_report
+
+        report = write_report(self.folder)
+        print(report.text)
+        print("\n".join(f"written: {path}" for path in report.paths))
+        return 0
+
+
+@dataclass(frozen=True)
+class List:
+    """Names everything that the other commands accept, a line each."""
+
+    def run(self) -> int:
+        """Exit code 0."""
+        from experiments.catalogue import catalogue
+
+        kinds = catalogue()
+        width = max(len(name) for names in kinds.values() for name in names)
+        for kind, names in kinds.items():
+            print(f"{kind}:")
+            for name, description in names.items():
+                print(f"  {name:<{width}}  {description}")
+        return 0
+
+
+@dataclass(frozen=True)
+class View:
+    """Opens MuJoCo's interactive viewer on the scene of a trial; needs a display."""
+
+    config: Annotated[TrialConfig, arg(name="")]
+
+    def run(self) -> int:
+        """Exit code 0 when the window is closed."""
+        if sys.platform.startswith("linux") and not (
+            os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+        ):
+            raise OSError("view needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set")
+        _check_worlds([self.config])
+        from experiments.viewer import show
+
+        show(self.config)
+        return 0
+
+
+Command: TypeAlias = (
+    Annotated[Trial, subcommand("trial")]
+    | Annotated[Sweep, subcommand("sweep")]
+    | Annotated[Report, subcommand("report")]
+    | Annotated[List, subcommand("list")]
+    | Annotated[View, subcommand("view")]
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point of the console script; ends with SystemExit."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Runs a command line and returns its exit code; what the user got wrong becomes one line."""
+    command = _parse(sys.argv[1:] if arguments is None else arguments)
+    if isinstance(command, int):
+        return command
+    try:
+        return command.run()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        return _fail("interrupted", _INTERRUPT_EXIT)
+    except (ValueError, OSError, RuntimeError) as error:
+        if not _is_the_users(error):
+            raise
+        return _fail(str(error), _USAGE_EXIT)
+
+
+def _is_the_users(error: Exception) -> bool:
+    """Whether one line is enough: a RuntimeError is, if it says that rendering is impossible."""
+    return not isinstance(error, RuntimeError) or type(error).__name__ == "OffscreenGLError"
+
+
+def _fail(message: str, exit_code: int) -> int:
+    print(f"beltgrasp: error: {' '.join(message.split())}", file=sys.stderr)
+    return exit_code
+
+
+def _check_worlds(cells: Sequence[TrialConfig]) -> None:
+    """Raises before any trial starts if a name is unknown or this machine cannot render."""
+    from experiments.catalogue import check_names
+    from experiments.rendering import gl_renderer
+
+    for cell in cells:
+        check_names(cell)
+    gl_renderer()
+
+
+def _parse(arguments: Sequence[str]) -> Trial | Sweep | Report | List | View | int:
+    """The command, or the exit code of a command line that ends at once."""
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            return tyro.cli(
+                Command,
+                prog="beltgrasp",
+                description="Vision-guided grasping from a moving conveyor, in MuJoCo.",
+                args=arguments,
+                config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+            )
+    except ValueError as error:
+        return _fail(str(error), _USAGE_EXIT)
+    except SystemExit as end:
+        if not complaint.getvalue():
+            return int(end.code or 0)
+        return _fail(_in_one_line(complaint.getvalue()), _USAGE_EXIT)
+
+
+def _in_one_line(complaint: str) -> str:
+    """The first paragraph of tyro's error box, and the flags that it suggests."""
+    lines = [line.strip("│ \n") for line in complaint.splitlines()[1:-1]]
+    rules = [number for number, line in enumerate(lines) if line.startswith("──")]
+    first, rest = lines[: rules[0]], lines[rules[0] :] if rules else (lines, [])
+    hints = [line for line in rest if line.startswith("Available subcommands")]
+    flags = [match[0] for line in rest if (match := re.match(r"--[a-z-]+", line))]
+    if flags and first[0].startswith("Unrecognized"):
+        hints.append("did you mean " + " or ".join(dict.fromkeys(flags)) + "?")
+    return "; ".join([" ".join(first), *hints])
+
+
+if __name__ == "__main__":
+    main()

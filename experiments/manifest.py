@@ -1,0 +1,174 @@
+"""Where results come from: commit, versions, machine and command; `manifest.json` beside them."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from experiments.presets import Preset
+
+ROOT = Path(__file__).resolve().parent.parent
+_CODE = ("sim", "tracker", "experiments", "assets", "pyproject.toml", "uv.lock")
+_PACKAGES = ("mujoco", "dm-control", "mink", "numpy", "opencv-python-headless")
+
+
+@dataclass(frozen=True)
+class CodeVersion:
+    """The code that ran."""
+
+    commit: str
+    """Abbreviated git commit, or the package version where there is no repository."""
+    is_dirty: bool
+    """Whether code or assets differ from that commit."""
+
+    def __str__(self) -> str:
+        return self.commit + ("-dirty" if self.is_dirty else "")
+
+
+@cache
+def code_version() -> CodeVersion:
+    """Commit and dirty flag of this checkout, read once per process."""
+    if _git("rev-parse", "--show-toplevel") != str(ROOT):
+        return CodeVersion(f"v{package_version('beltgrasp')}", is_dirty=False)
+    commit = _git("rev-parse", "--short=12", "HEAD") or "uncommitted"
+    return CodeVersion(commit, is_dirty=bool(_git("status", "--porcelain", "--", *_CODE)))
+
+
+def provenance() -> dict[str, str]:
+    """The columns of a row that name the code: `commit` and `mujoco_version`."""
+    return {"commit": str(code_version()), "mujoco_version": package_version("mujoco")}
+
+
+def _git(*arguments: str) -> str:
+    """Output of a git command in the project's root; empty where git or a repository is missing."""
+    command = ["git", "--no-optional-locks", "-C", str(ROOT), *arguments]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=20.0, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return run.stdout.strip() if run.returncode == 0 else ""
+
+
+def package_version(name: str) -> str:
+    """Installed version of a distribution, or `none`."""
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return "none"
+
+
+def config_hash(preset: Preset) -> str:
+    """Hash of the preset's name and of every field of every trial, in order."""
+    ids = [trial.trial_id for trial in preset.trials]
+    return hashlib.sha256(json.dumps([preset.name, ids]).encode()).hexdigest()[:16]
+
+
+def open_manifest(folder: Path, preset: Preset, worker_count: int) -> None:
+    """Claims a new results folder for the preset, or notes that its sweep goes on.
+
+    Raises ValueError where the folder belongs to another preset or holds foreign results.
+    """
+    path = folder / "manifest.json"
+    manifest = read_manifest(folder)
+    if manifest is None:
+        if (folder / "trials.csv").exists():
+            raise ValueError(f"{folder} holds a trials.csv without its manifest.json; {_OTHER}")
+        manifest = _identity(preset) | {"sessions": []}
+    elif manifest.get("preset") != preset.name:
+        raise ValueError(
+            f"{folder} holds results of preset {manifest.get('preset')!r}, "
+            f"not of {preset.name!r}; {_OTHER}"
+        )
+    elif manifest.get("config_hash") != config_hash(preset):
+        raise ValueError(
+            f"{folder} holds results of another version of preset {preset.name!r}: "
+            f"its cells or seeds have changed; {_OTHER}"
+        )
+    manifest["sessions"] = [*manifest.get("sessions", []), _session(worker_count)]
+    _write_atomically(path, manifest)
+
+
+_OTHER = "choose another folder or remove this one"
+
+
+def close_manifest(folder: Path, gl_renderers: Sequence[str]) -> None:
+    """Notes that the sweep is complete, and what rendered its images."""
+    manifest = read_manifest(folder) or {}
+    manifest |= {"gl_renderers": sorted(set(gl_renderers)), "finished_utc": _utc_now()}
+    _write_atomically(folder / "manifest.json", manifest)
+
+
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """The manifest of a results folder; None where there is none."""
+    path = folder / "manifest.json"
+    if not path.exists():
+        return None
+    try:
+        manifest = json.loads(path.read_text())
+    except ValueError as error:
+        raise ValueError(f"{path} is not valid JSON: {error}") from error
+    if not isinstance(manifest, dict):
+        raise ValueError(f"{path} must hold a JSON object")
+    return manifest
+
+
+def _identity(preset: Preset) -> dict[str, Any]:
+    return {
+        "preset": preset.name,
+        "config_hash": config_hash(preset),
+        "cell_count": len(preset.cells),
+        "trial_count": len(preset.trials),
+        "seeds": list(preset.seeds),
+    }
+
+
+def _session(worker_count: int) -> dict[str, Any]:
+    """One run of the command: a resumed sweep has several."""
+    version = code_version()
+    return {
+        "started_utc": _utc_now(),
+        "command": ["beltgrasp", *sys.argv[1:]],
+        "workers": worker_count,
+        "commit": version.commit,
+        "is_dirty": version.is_dirty,
+        "beltgrasp": package_version("beltgrasp"),
+        "python": platform.python_version(),
+        "packages": {name: package_version(name) for name in _PACKAGES},
+        "platform": platform.platform(),
+        "cpu": _cpu_model(),
+        "cpu_count": os.cpu_count(),
+    }
+
+
+def _cpu_model() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.machine()
+
+
+def _utc_now() -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+
+
+def _write_atomically(path: Path, manifest: dict[str, Any]) -> None:
+    """Replaces the file in one step, so that a kill leaves the old or the new one, whole."""
+    temporary = path.with_suffix(".json.new")
+    with temporary.open("w") as file:
+        file.write(json.dumps(manifest, indent=2) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(temporary, path)

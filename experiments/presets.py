@@ -1,0 +1,82 @@
+"""Named sweeps: cells (what is compared) times seeds (the worlds it is compared in)."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from experiments.config import TrialConfig
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A sweep that has a name, so that its results can be named too."""
+
+    name: str
+    description: str
+    cells: tuple[TrialConfig, ...]
+    """One configuration for each cell of the table; their seeds are replaced."""
+    seeds: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        if not self.trials:
+            raise ValueError(f"preset {self.name}: cells and seeds must not be empty")
+        if len(set(self.trials)) != len(self.trials):
+            raise ValueError(f"preset {self.name}: cells and seeds must not repeat")
+
+    @cached_property
+    def trials(self) -> tuple[TrialConfig, ...]:
+        """Every trial in the order of its row: all cells at one seed, then the next seed.
+
+        Stopped early, such a sweep leaves the same worlds in every cell.
+        """
+        return tuple(replace(cell, seed=seed) for seed in self.seeds for cell in self.cells)
+
+
+def expand(base: TrialConfig | None = None, **axes: Iterable[Any]) -> tuple[TrialConfig, ...]:
+    """The product of list-valued axes, the last one fastest.
+
+    `expand(tracker=["pf", "igpf"], speed_mps=[0.1, 0.25])` gives four cells.
+    """
+    combinations = itertools.product(*axes.values())
+    return tuple(
+        replace(base or TrialConfig(), **dict(zip(axes, values, strict=True)))
+        for values in combinations
+    )
+
+
+_PRESETS = (
+    Preset(
+        "demo",
+        "IGPF at three belt speeds, five boxes each: a first look in about a minute",
+        expand(tracker=["igpf"], speed_mps=[0.10, 0.15, 0.25]),
+        tuple(range(5)),
+    ),
+    Preset(
+        "smoke",
+        "three trials: does everything work on this machine?",
+        expand(tracker=["static", "oracle", "igpf"]),
+        (0,),
+    ),
+    Preset(
+        "loop",
+        "the closed loop: IGPF and the oracle up to 1 m/s, 50 boxes a cell",
+        expand(tracker=["igpf", "oracle"], speed_mps=[0.10, 0.15, 0.25, 0.50, 1.00]),
+        tuple(range(50)),
+    ),
+    Preset(
+        "filters",
+        "PF, GPF and IGPF beside the control arms up to 1 m/s, 20 boxes a cell",
+        expand(
+            tracker=["pf", "gpf", "igpf", "static", "oracle", "oracle-noisy"],
+            speed_mps=[0.10, 0.25, 0.50, 1.00],
+        ),
+        tuple(range(20)),
+    ),
+)
+
+PRESETS: dict[str, Preset] = {preset.name: preset for preset in _PRESETS}
+"""Every named sweep."""

@@ -1,0 +1,92 @@
+"""Intervals and tests for success rates; the trackers meet the same worlds, so they are paired.
+
+Sources (95 % two-sided unless told):
+    [Wilson1927] E. B. Wilson, Probable inference, the law of succession, and statistical
+        inference. JASA 22:209-212, 1927.
+    [McNemar1947] Q. McNemar, Note on the sampling error of the difference between correlated
+        proportions or percentages. Psychometrika 12:153-157, 1947; exact conditional form.
+    [Newcombe1998] R. G. Newcombe, Improved confidence intervals for the difference between
+        binomial proportions based on paired data. Statistics in Medicine 17:2635-2650, 1998;
+        method 10.
+"""
+
+from __future__ import annotations
+
+import math
+
+Z_95 = 1.959963984540054
+"""Standard normal quantile of 0.975."""
+
+
+def wilson_interval(success_count: int, n: int, z: float = Z_95) -> tuple[float, float]:
+    """Score interval of a proportion; (0, 1) without trials.  Source: [Wilson1927]."""
+    if not 0 <= success_count <= n:
+        raise ValueError(f"success_count must be from 0 to n = {n}, got {success_count}")
+    if n == 0:
+        return 0.0, 1.0
+    p = success_count / n
+    centre = p + z**2 / (2 * n)
+    half = z * math.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    scale = 1 + z**2 / n
+    low = 0.0 if success_count == 0 else (centre - half) / scale
+    high = 1.0 if success_count == n else (centre + half) / scale
+    return low, high
+
+
+def mcnemar_exact(first_only: int, second_only: int) -> float:
+    """Two-sided p-value that two paired methods succeed equally often.
+
+    Args:
+        first_only: Pairs in which only the first method succeeded.
+        second_only: Pairs in which only the second method succeeded.
+
+    Source: [McNemar1947], with the exact binomial distribution of the discordant pairs.
+    """
+    n = first_only + second_only
+    tail = sum(math.comb(n, i) for i in range(min(first_only, second_only) + 1))
+    return min(1.0, 2 * tail / 2**n)
+
+
+def newcombe_paired_difference(
+    both: int, first_only: int, second_only: int, neither: int, z: float = Z_95
+) -> tuple[float, float, float]:
+    """Difference of two paired success rates (first minus second) and its score interval.
+
+    Args:
+        both: Pairs in which both methods succeeded.
+        first_only: Pairs in which only the first method succeeded.
+        second_only: Pairs in which only the second method succeeded.
+        neither: Pairs in which both methods failed.
+        z: Standard normal quantile of the confidence level.
+
+    Source: [Newcombe1998] method 10.
+    Returns: (difference, low, high).
+    """
+    n = both + first_only + second_only + neither
+    if n == 0:
+        return 0.0, -1.0, 1.0
+    p1, p2 = (both + first_only) / n, (both + second_only) / n
+    low1, high1 = wilson_interval(both + first_only, n, z)
+    low2, high2 = wilson_interval(both + second_only, n, z)
+    phi = _corrected_phi(both, first_only, second_only, neither)
+
+    def combined(distance1: float, distance2: float) -> float:
+        square = distance1**2 - 2 * phi * distance1 * distance2 + distance2**2
+        return math.sqrt(max(0.0, square))
+
+    difference = p1 - p2
+    low = difference - combined(p1 - low1, high2 - p2)
+    high = difference + combined(high1 - p1, p2 - low2)
+    return difference, max(-1.0, low), min(1.0, high)
+
+
+def _corrected_phi(a: int, b: int, c: int, d: int) -> float:
+    """Correlation of a 2 x 2 table with Newcombe's continuity correction; 0 for an empty margin."""
+    n = a + b + c + d
+    margins = (a + b) * (c + d) * (a + c) * (b + d)
+    if margins == 0:
+        return 0.0
+    determinant = a * d - b * c
+    if determinant > 0:
+        determinant = max(0.0, determinant - n / 2)
+    return determinant / math.sqrt(margins)

@@ -1,0 +1,27 @@
+"""MuJoCo's interactive viewer on the scene of a trial."""
+
+from __future__ import annotations
+
+from mujoco import viewer
+
+from experiments.config import TrialConfig
+from experiments.seeding import Stream, generator, random_state
+from sim import environment
+from sim.conveyor import ConstantSpeed
+from sim.scenario import ScenarioRange
+from sim.task import Episode, TaskConfig
+
+
+def show(config: TrialConfig) -> None:
+    """Opens a window and returns when it is closed; belt and box move, the arm holds still."""
+    task = TaskConfig(
+        object=config.object, camera=config.camera, condition=config.condition, has_camera=False
+    )
+    world = environment.load(task, random_state(config.seed, Stream.SCENE))
+    scenario = ScenarioRange().draw(
+        ConstantSpeed(config.speed_mps), generator(config.seed, Stream.SCENE)
+    )
+    world.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))
+    world.reset()
+    physics = world.physics
+    viewer.launch(physics.model.ptr, physics.data.ptr)

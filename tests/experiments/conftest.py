@@ -1,0 +1,30 @@
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parent
+
+
+@pytest.fixture
+def toy(monkeypatch):
+    """Import path of the toy trial, importable here and in spawned processes."""
+    monkeypatch.syspath_prepend(str(HERE))
+    return "toy_trial:run_trial"
+
+
+@pytest.fixture
+def toy_environment():
+    """Environment of a new process that can import the toy trial and the project."""
+    paths = [str(HERE), str(HERE.parent.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return dict(os.environ, PYTHONPATH=os.pathsep.join(paths), PYTHON=sys.executable)
+
+
+@pytest.fixture
+def make_row(monkeypatch):
+    """Maker of rows whose numbers depend on the configuration alone."""
+    monkeypatch.syspath_prepend(str(HERE))
+    import toy_trial
+
+    return toy_trial.make_row

@@ -1,0 +1,52 @@
+import pytest
+
+from experiments.config import TrialConfig
+from experiments.presets import PRESETS, Preset, expand
+from experiments.sweep import ASSUMED_TRIAL_S
+
+
+def test_axes_expand_to_their_product():
+    cells = expand(TrialConfig(delay_s=0.1), tracker=["pf", "igpf"], speed_mps=[0.1, 0.25])
+    assert [(cell.tracker, cell.speed_mps) for cell in cells] == [
+        ("pf", 0.1),
+        ("pf", 0.25),
+        ("igpf", 0.1),
+        ("igpf", 0.25),
+    ]
+    assert all(cell.delay_s == 0.1 for cell in cells)
+
+
+def test_an_impossible_cell_is_refused_where_it_is_written():
+    with pytest.raises(ValueError, match="speed_mps must be a number from 0 to 3, got -1"):
+        expand(speed_mps=[-1.0])
+
+
+def test_trials_visit_every_cell_before_the_next_seed():
+    preset = Preset("p", "", expand(tracker=["pf", "igpf"]), (3, 4))
+    assert [(trial.seed, trial.tracker) for trial in preset.trials] == [
+        (3, "pf"),
+        (3, "igpf"),
+        (4, "pf"),
+        (4, "igpf"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("cells", "seeds"),
+    [((), (0,)), (expand(), ()), (expand(), (0, 0)), (expand(tracker=["pf", "pf"]), (0,))],
+)
+def test_empty_and_repeated_axes_are_refused(cells, seeds):
+    with pytest.raises(ValueError, match="preset p: cells and seeds must not"):
+        Preset("p", "", cells, seeds)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_preset_has_its_name_and_distinct_trials(name):
+    preset = PRESETS[name]
+    assert preset.name == name
+    assert len({trial.trial_id for trial in preset.trials}) == len(preset.trials)
+
+
+def test_the_demo_leaves_time_for_the_set_up():
+    assert len(PRESETS["demo"].trials) * ASSUMED_TRIAL_S / 2 <= 120.0
+    assert len(PRESETS["smoke"].trials) == 3

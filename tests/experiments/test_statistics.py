@@ -1,0 +1,68 @@
+import itertools
+import math
+
+import pytest
+
+from experiments.statistics import mcnemar_exact, newcombe_paired_difference, wilson_interval
+
+
+@pytest.mark.parametrize(
+    ("success_count", "n", "low", "high"),
+    [
+        # Newcombe, Statistics in Medicine 17:857-872 (1998), table I, method 3.
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+        # By hand: n / (n + z^2).
+        (50, 50, 0.9287, 1.0),
+    ],
+)
+def test_wilson_interval_agrees_with_published_values(success_count, n, low, high):
+    assert wilson_interval(success_count, n) == pytest.approx((low, high), abs=6e-5)
+
+
+def test_wilson_interval_solves_its_quadratic():
+    for bound in wilson_interval(7, 12):
+        z = abs(7 / 12 - bound) / math.sqrt(bound * (1 - bound) / 12)
+        assert z == pytest.approx(1.959963984540054)
+
+
+def test_wilson_interval_without_trials_says_nothing():
+    assert wilson_interval(0, 0) == (0.0, 1.0)
+
+
+def test_wilson_interval_refuses_more_successes_than_trials():
+    with pytest.raises(ValueError, match="success_count must be from 0 to n = 3, got 4"):
+        wilson_interval(4, 3)
+
+
+def test_mcnemar_exact_by_hand():
+    assert mcnemar_exact(0, 0) == 1.0
+    assert mcnemar_exact(1, 7) == pytest.approx(2 * (1 + 8) / 2**8)
+    assert mcnemar_exact(7, 1) == mcnemar_exact(1, 7)
+    assert mcnemar_exact(5, 5) == 1.0
+    assert mcnemar_exact(6, 16) == pytest.approx(0.052479, abs=1e-6)
+
+
+def test_newcombe_paired_difference_agrees_with_the_published_value():
+    # Fagerland, Lydersen, Laake, Statistical Analysis of Contingency Tables (2017), chapter 8.
+    expected = (-0.0621, -0.1186, -0.0046)
+    assert newcombe_paired_difference(59, 6, 16, 80) == pytest.approx(expected, abs=6e-5)
+
+
+def test_newcombe_paired_difference_without_correlation_by_hand():
+    # 1 x 12 - 1 x 7 = 5 is under n / 2 = 10.5, so the corrected correlation is zero.
+    (low1, high1), (low2, high2) = wilson_interval(2, 21), wilson_interval(8, 21)
+    difference, low, high = newcombe_paired_difference(1, 1, 7, 12)
+    assert difference == pytest.approx(-6 / 21)
+    assert low == pytest.approx(difference - math.hypot(2 / 21 - low1, high2 - 8 / 21))
+    assert high == pytest.approx(difference + math.hypot(high1 - 2 / 21, 8 / 21 - low2))
+
+
+def test_newcombe_paired_difference_is_antisymmetric_and_bounded():
+    for a, b, c, d in itertools.product((0, 1, 5), repeat=4):
+        difference, low, high = newcombe_paired_difference(a, b, c, d)
+        assert -1.0 <= low <= difference <= high <= 1.0
+        mirrored = newcombe_paired_difference(a, c, b, d)
+        assert mirrored == pytest.approx((-difference, -high, -low))

@@ -1,0 +1,85 @@
+"""A stand-in for `experiments.trial.run_trial` that needs no simulator.
+
+Its misbehaviour is steered by environment variables, which spawned workers inherit.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from pathlib import Path
+
+from experiments.config import TrialConfig, TrialResult, TrialTimings
+
+
+def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> TrialResult:
+    """A row whose numbers depend on the configuration alone."""
+    draw = random.Random(config.trial_id)
+    success = draw.random() < 0.9 - 0.5 * config.speed_mps
+    values: dict[str, object] = {
+        "trial_id": config.trial_id,
+        "preset": preset,
+        "tracker": config.tracker,
+        "camera": config.camera,
+        "condition": config.condition,
+        "object": config.object,
+        "predictor": config.predictor,
+        "speed_mps": config.speed_mps,
+        "delay_s": config.delay_s,
+        "seed": config.seed,
+        "outcome": "success" if success else draw.choice(["missed", "lost_track"]),
+        "success": success,
+        "clean_success": success and draw.random() < 0.8,
+        "criterion_met": success,
+        "time_to_track_s": draw.random(),
+        "time_to_sync_s": None,
+        "time_to_grasp_s": 2 + draw.random() if success else None,
+        "belt_used_m": draw.random(),
+        "track_rmse_m": 0.002 * draw.random(),
+        "track_yaw_rmse_rad": 0.02 * draw.random(),
+        "close_error_m": 0.01 * draw.random(),
+        "close_error_closing_axis_m": -0.01 * draw.random(),
+        "close_yaw_error_rad": 1e-9 * draw.random(),
+        "in_hand_slip_m": None,
+        "max_tilt_rad": 0.0,
+        "is_early_contact": False,
+        "median_ess": 1e3 * draw.random(),
+        "lost_count": draw.randrange(3),
+        "visible_fraction_min": None,
+        "simulated_s": 5.0,
+        "detail": 'a "quoted", comma',
+        "commit": "abc",
+        "mujoco_version": "3",
+        "gl_renderer": "toy",
+    }
+    return TrialResult(**(values | changes))  # pyright: ignore[reportArgumentType]
+
+
+def run_trial(
+    config: TrialConfig, video_path: Path | None = None, *, preset: str = "trial"
+) -> tuple[TrialResult, TrialTimings]:
+    """A short trial; slow, crashing or killed for the seeds that the environment names."""
+    del video_path
+    time.sleep(float(os.environ.get("TOY_SLEEP_S", "0")))
+    if str(config.seed) in os.environ.get("TOY_SLOW_SEEDS", "").split(","):
+        time.sleep(0.5)
+    if str(config.seed) in os.environ.get("TOY_CRASH_SEEDS", "").split(","):
+        raise ZeroDivisionError("the toy broke,\non purpose")
+    if str(config.seed) in os.environ.get("TOY_DEADLY_SEEDS", "").split(","):
+        os.kill(os.getpid(), signal.SIGKILL)
+    once = os.environ.get("TOY_KILL_ONCE")
+    if once and config.seed == 1 and not Path(once).exists():
+        Path(once).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    row = make_row(config, preset)
+    timings = TrialTimings(
+        trial_id=config.trial_id,
+        wall_s=time.perf_counter() % 1.0,
+        simulated_s=row.simulated_s,
+        track_ms_per_image=None,
+        servo_ms_per_step=0.1,
+        world_ms_per_step=0.2,
+    )
+    return row, timings
