@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -10,10 +11,10 @@ from experiments.config import Outcome, TrialConfig
 from experiments.trace import TrialTrace
 from sim.grasp import Phase
 from sim.referee import PhysicalRecord
+from tracker.base import Status
 
 LOST_S = 0.5
 """Without a usable pose for this long before SYNC, the track counts as lost."""
-EMPTY_WIDTH_M = 0.01
 DROP_HEIGHT_M = 0.03
 
 
@@ -124,4 +125,5 @@ def _median(values: list[float | None]) -> float | None:
 def _lost_count(trace: TrialTrace) -> int:
     """How often a track that had been usable turned to lost."""
     statuses = [e.status for e in trace.estimates]
-    return sum(b == "lost" and a != "lost" for a, b in zip(statuses, statuses[1:], strict=False))
+    changes = itertools.pairwise(statuses)
+    return sum(after is Status.LOST and before is not Status.LOST for before, after in changes)

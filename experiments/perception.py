@@ -17,6 +17,7 @@ import numpy as np
 from experiments.trace import EstimateSample
 from sim.grasp import TargetMotion
 from tracker.backproject import TargetPose
+from tracker.base import Status
 from tracker.perception import TargetObservation, TargetTracker
 from tracker.prediction import Predictor, TargetPrediction
 
@@ -88,16 +89,17 @@ class Seeing:
             observation["camera/rgb"], observation["camera/depth_m"], time_s
         )
         self.last = seen
-        if seen.pose is not None:
-            self._predictor.update(seen.pose)
+        pose = seen.pose if seen.pose is not None and seen.pose.is_usable else None
+        if pose is not None:
+            self._predictor.update(pose)
             self.pose_count += 1
         return EstimateSample(
             time_s=time_s,
-            position_m=None if seen.pose is None else seen.pose.position_m,
-            yaw_rad=None if seen.pose is None else seen.pose.yaw_rad,
-            status=str(seen.status),
-            ess=seen.warp.ess if seen.warp else None,
-            visible_fraction=seen.warp.visible_fraction if seen.warp else None,
+            position_m=None if pose is None else pose.position_m,
+            yaw_rad=None if pose is None else pose.yaw_rad,
+            status=seen.status,
+            ess=None if seen.estimate is None else seen.estimate.ess,
+            visible_fraction=None if seen.estimate is None else seen.estimate.visible_fraction,
         )
 
     def predict(self, time_s: float) -> TargetPrediction | None:
@@ -117,7 +119,7 @@ class Oracle:
         del observation
         self.pose_count += 1
         truth = self._read_truth()
-        return EstimateSample(truth.time_s, truth.position_m, truth.yaw_rad, "tracking", None, None)
+        return EstimateSample(truth.time_s, truth.position_m, truth.yaw_rad, Status.TRACKING, None, None)
 
     def predict(self, time_s: float) -> Truth:
         """The truth of now, whatever time is asked for."""
@@ -156,7 +158,7 @@ class NoisyOracle:
         pose = self._in_flight.popleft()
         self._predictor.update(pose)
         self.pose_count += 1
-        return EstimateSample(pose.time_s, pose.position_m, pose.yaw_rad, "tracking", None, None)
+        return EstimateSample(pose.time_s, pose.position_m, pose.yaw_rad, Status.TRACKING, None, None)
 
     def predict(self, time_s: float) -> TargetPrediction | None:
         """The predictor's answer."""
@@ -170,4 +172,6 @@ class NoisyOracle:
             yaw_rad=truth.yaw_rad + OBSERVED_STD_RAD * noise[3],
             covariance=np.diag(variances),
             time_s=truth.time_s,
+            visible_fraction=1.0,
+            is_usable=True,
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sim.grasp import Phase
+from tracker.base import Status
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class EstimateSample:
     position_m: np.ndarray | None
     """(3,) estimated centre of the top face; None where no usable pose came out."""
     yaw_rad: float | None
-    status: str
+    status: Status
     ess: float | None
     visible_fraction: float | None
 

@@ -12,7 +12,8 @@ import numpy as np
 
 
 from experiments import metrics
-from experiments.config import TrialConfig, TrialResult, TrialTimings, provenance
+from experiments.config import TrialConfig, TrialResult, TrialTimings
+from experiments.manifest import provenance
 from experiments.perception import CONTROL_ARMS, NoisyOracle, Oracle, Perception, Seeing, Truth
 from experiments.seeding import Stream, generator
 from experiments.teaching import reference_template
@@ -25,9 +26,11 @@ from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
 from sim.servo import Servo
 from sim.task import CONTROL_HZ, ConveyorGrasp, Episode, TaskConfig
-from tracker.perception import TargetTracker
+from tracker.perception import TargetObservation, TargetTracker
 from tracker.prediction import make_predictor
-from tracker.registry import TRACKERS
+from tracker.rectify import OverheadView
+from tracker.registry import get_tracker_config
+from tracker.template import Template
 
 HOLD_PATIENCE_S = 1.5
 """A hand that has held still this long without success holds nothing."""
@@ -44,7 +47,7 @@ def run_trial(
         preset: Name of the sweep it belongs to, for the row.
     """
     cell = _make_cell(_task_config(config, needs_images=video_path is not None))
-    with VideoRecorder.to(video_path, config) as video:
+    with VideoRecorder(video_path, config) as video:
         loop = Loop(config, cell)
         while loop.is_running:
             loop.step()
@@ -52,7 +55,12 @@ def run_trial(
     measured = metrics.score(config, loop.trace, loop.record, loop.entered_view_s)
     shared = {name: getattr(config, name) for name in _CONFIG_COLUMNS}
     row = TrialResult(
-        trial_id=config.trial_id, preset=preset, **shared, **measured, **provenance(cell.gl_backend)
+        trial_id=config.trial_id,
+        preset=preset,
+        gl_renderer=cell.task.gl_backend,
+        **shared,
+        **measured,
+        **provenance(),
     )
     return row, loop.timings()
 
@@ -74,10 +82,10 @@ class Cell:
         """The task with its ground truth."""
         return self.environment.task
 
-    @property
-    def gl_backend(self) -> str:
-        """Name of the OpenGL platform."""
-        return self.task.gl_backend
+    @functools.cached_property
+    def template(self) -> Template:
+        """The object's reference picture; taking it disturbs the world, so before a reset."""
+        return reference_template(self.task, self.environment.physics)
 
     def read_truth(self) -> Truth:
         """The target as the simulator knows it: for scoring and for the oracle arms alone."""
@@ -124,7 +132,17 @@ def make_perception(config: TrialConfig, cell: Cell) -> Perception:
         return NoisyOracle(
             cell.read_truth, predictor, config.camera_rate_hz, config.delay_s, rng
         )
-    return Seeing(TargetTracker(...), predictor)
+    settings = get_tracker_config(config.tracker).with_particle_count(config.particle_count)
+    task = cell.task
+    length_m, width_m, height_m = task.prop.spec.size_m
+    view = OverheadView(
+        K=task.K,
+        T_world_camera=task.view.T_world_camera,
+        image_shape_px=(task.condition.height_px, task.condition.width_px),
+        plane_z_m=height_m,
+    )
+    tracker = TargetTracker(settings, cell.template, (length_m, width_m), view, rng)
+    return Seeing(tracker, predictor)
 
 
 class Loop:
@@ -137,9 +155,9 @@ class Loop:
         scenario = ScenarioRange().draw(
             ConstantSpeed(config.speed_mps), generator(config.seed, Stream.SCENE)
         )
+        self.perception = make_perception(config, cell)  # photographs before the world begins
         cell.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))
         self._timestep = cell.environment.reset()
-        self.perception = make_perception(config, cell)
         cell.servo.reset(cell.task.robot.q(cell.environment.physics))
         self.grasp = Grasp(
             GraspConfig(), 1.0 / CONTROL_HZ, config.gripper_delay_s, cell.servo.T_world_tcp
@@ -180,6 +198,20 @@ class Loop:
         self._track_s += t1 - t0
         self._servo_s += t2 - t1
         self._world_s += time.perf_counter() - t2
+
+    @property
+    def image(self) -> np.ndarray:
+        """(h, w, 3) uint8, the newest image that has arrived."""
+        return self._timestep.observation["camera/rgb"]
+
+    @property
+    def seen(self) -> TargetObservation | None:
+        """What a tracker made of it; None for the control arms."""
+        return self.perception.last if isinstance(self.perception, Seeing) else None
+
+    def render_studio(self) -> np.ndarray:
+        """(h, w, 3) uint8 view of the whole cell."""
+        return self.cell.task.render(self.cell.environment.physics, "studio")[0]
 
     @property
     def record(self) -> PhysicalRecord:

@@ -150,9 +150,12 @@ class ConveyorGrasp(composer.Task):
         self._noise = SensorNoise(self.condition, episode.sensor_rng)
         self._gripper = _Gripper(self.config.gripper_delay_s, self.config.finger_speed_mps)
         self._exposure_s, self._count = -1.0, 0
-        self._arena.set_light_scale(physics, self.condition.light_scale)
+        self.set_light_scale(physics, self.condition.light_scale)
         self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-        self._place_object(physics)
+        s = self.scenario
+        x_m = BELT_CENTRE_X_M + s.offset_m
+        self.place_object(physics, x_m=x_m, y_m=s.start_y_m, yaw_rad=s.yaw_rad)
+        self.prop.set_velocity(physics, (0.0, s.profile(0.0), 0.0), np.zeros(3))
         self._conveyor.set_speed(physics, self.scenario.profile(0.0))
         self.referee = Referee(
             physics,
@@ -200,6 +203,22 @@ class ConveyorGrasp(composer.Task):
             physics.model.ptr, physics.data.ptr, camera, shadows=self.condition.shadows
         )
 
+    @property
+    def K(self) -> np.ndarray:
+        """(3, 3) intrinsics of the sensor at the condition's resolution."""
+        return self.view.intrinsics(self.condition.width_px, self.condition.height_px)
+
+    def set_light_scale(self, physics: Any, scale: float) -> None:
+        """Brightness of the cell, 1 being normal."""
+        self._arena.set_light_scale(physics, scale)
+
+    def place_object(self, physics: Any, *, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Lays the object on the belt, at rest."""
+        quaternion = math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)
+        position = x_m, y_m, 0.5 * self.prop.spec.size_m[2]
+        self.prop.set_pose(physics, position, quaternion)
+        self.prop.set_velocity(physics, np.zeros(3), np.zeros(3))
+
     def is_in_view(self, physics: Any) -> bool:
         """Whether every corner of the object projects into the sensor's image."""
         T_camera_object = (
@@ -207,10 +226,10 @@ class ConveyorGrasp(composer.Task):
         )
         corners = 0.5 * np.asarray(self.prop.spec.size_m) * _CUBE_CORNERS
         p_camera = corners @ T_camera_object[:3, :3].T + T_camera_object[:3, 3]
-        width, height = self.condition.width_px, self.condition.height_px
-        uvw = p_camera @ self.view.intrinsics(width, height).T
+        uvw = p_camera @ self.K.T
         uv = uvw[:, :2] / uvw[:, 2:]
-        return bool(np.all(uv >= 0.0) and np.all(uv <= (width - 1, height - 1)))
+        last = self.condition.width_px - 1, self.condition.height_px - 1
+        return bool(np.all(uv >= 0.0) and np.all(uv <= last))
 
     @property
     def gl_backend(self) -> str:
@@ -227,13 +246,6 @@ class ConveyorGrasp(composer.Task):
         seeds = np.random.SeedSequence(random_state.randint(0, 2**32, 4, np.uint32).tolist())
         scene_rng, sensor_rng = (np.random.default_rng(s) for s in seeds.spawn(2))
         return Episode(self.config.scenarios.draw(self.config.profile, scene_rng), sensor_rng)
-
-    def _place_object(self, physics: Any) -> None:
-        s = self.scenario
-        position = BELT_CENTRE_X_M + s.offset_m, s.start_y_m, 0.5 * self.prop.spec.size_m[2]
-        quaternion = math.cos(0.5 * s.yaw_rad), 0.0, 0.0, math.sin(0.5 * s.yaw_rad)
-        self.prop.set_pose(physics, position, quaternion)
-        self.prop.set_velocity(physics, (0.0, s.profile(0.0), 0.0), np.zeros(3))
 
     def _make_observables(self) -> dict[str, observable.Observable]:
         c = self.config

@@ -1,0 +1,50 @@
+"""Teaching: one reference photograph of the object, from which the trackers' template is cut.
+
+As in a real cell: before production the operator lays the object at a marked place on the still
+belt, in normal light and without the arm in between, and the system's own camera takes a picture.
+Nothing of a later trial is known then.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sim.conveyor import BELT_CENTRE_X_M
+from sim.robot import HOME_Q_RAD, STROKE_M
+from sim.task import ConveyorGrasp
+from tracker.rectify import OverheadView
+from tracker.template import Template
+
+PICTURE_M_PER_PX = 0.001
+
+
+def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
+    """(h, w) uint8 square-on picture of the object's top face, long axis along the columns.
+
+    Leaves the physics in the teaching scene: reset the environment before going on.
+    """
+    with physics.reset_context():
+        task.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+        task.set_light_scale(physics, 1.0)
+        task.place_object(physics, x_m=BELT_CENTRE_X_M, y_m=0.0, yaw_rad=0.5 * math.pi)
+    rgb, _ = task.render(physics, "sensor")
+    length, width, height = task.prop.spec.size_m
+    view = OverheadView(
+        K=task.K,
+        T_world_camera=task.view.T_world_camera,
+        image_shape_px=rgb.shape[:2],
+        plane_z_m=height,
+        x_range_m=(BELT_CENTRE_X_M - 0.5 * width, BELT_CENTRE_X_M + 0.5 * width),
+        y_range_m=(-0.5 * length, 0.5 * length),
+        m_per_px=PICTURE_M_PER_PX,
+    )
+    return view.rectify(rgb, None).grey
+
+
+def reference_template(task: ConveyorGrasp, physics: Any) -> Template:
+    """The trackers' template of the object on this cell's camera."""
+    length, width, _ = task.prop.spec.size_m
+    return Template.of_picture(reference_picture(task, physics), size=(length, width))

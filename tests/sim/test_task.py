@@ -1,0 +1,151 @@
+"""The environment: dm_env contract, delays in simulated time, worlds by seed, honest physics."""
+
+import math
+
+import numpy as np
+import pytest
+from dm_env import StepType
+
+from sim.conveyor import ConstantSpeed
+from sim.environment import load
+from sim.robot import STROKE_M
+from sim.scenario import Scenario, ScenarioRange
+from sim.task import CONTROL_HZ, Episode, TaskConfig
+
+
+@pytest.fixture(scope="module")
+def environment():
+    environment = load(TaskConfig(delay_s=0.05, gripper_delay_s=0.05), random_state=0)
+    yield environment
+    environment.task.close()
+
+
+def still(environment, width_m: float = STROKE_M) -> np.ndarray:
+    """The action that stays in place."""
+    q = environment.task.robot.q(environment.physics)
+    return np.concatenate([q, np.zeros(6), [width_m]])
+
+
+def begin(environment, *, speed_mps: float, y_m: float, yaw_rad: float = math.pi / 2):
+    scenario = Scenario(ConstantSpeed(speed_mps), y_m, 0.0, yaw_rad)
+    environment.task.next_episode = Episode(scenario, np.random.default_rng(0))
+    return environment.reset()
+
+
+def test_observations_and_actions_match_their_specs(environment):
+    timestep = environment.reset()
+    assert timestep.step_type is StepType.FIRST
+    for name, spec in environment.observation_spec().items():
+        spec.validate(timestep.observation[name])
+    action = still(environment)
+    environment.action_spec().validate(action)
+    assert environment.step(action).step_type is StepType.MID
+
+
+def test_ground_truth_is_not_observed(environment):
+    names = set(environment.reset().observation)
+    assert names == {
+        "camera/rgb",
+        "camera/depth_m",
+        "camera/time_s",
+        "camera/count",
+        "robot/q_rad",
+        "robot/qd_radps",
+        "robot/width_m",
+    }
+
+
+def test_images_arrive_late_by_the_delay_and_at_the_camera_rate(environment):
+    begin(environment, speed_mps=0.2, y_m=-0.8)
+    action, arrivals = still(environment), {}
+    for _ in range(60):
+        seen = environment.step(action).observation
+        count, exposed_s = int(seen["camera/count"]), float(seen["camera/time_s"])
+        now = float(environment.physics.data.time)
+        if count:
+            arrivals.setdefault(exposed_s, now - exposed_s)
+    exposures = np.array(sorted(arrivals))
+    assert np.allclose(np.diff(exposures), 1 / 30)
+    ages = np.array(list(arrivals.values()))
+    assert (ages >= 0.05 - 1e-9).all() and (ages <= 0.05 + 1 / CONTROL_HZ + 1e-9).all()
+
+
+def test_first_image_is_no_image_until_the_delay_has_passed(environment):
+    assert begin(environment, speed_mps=0.2, y_m=-0.8).observation["camera/count"] == 0
+
+
+def test_fingers_start_late_and_close_at_the_gripper_s_speed(environment):
+    begin(environment, speed_mps=0.0, y_m=-1.1)
+    action, widths = still(environment, 0.0), []
+    for _ in range(CONTROL_HZ):
+        widths.append(float(environment.step(action).observation["robot/width_m"]))
+    times = np.arange(1, CONTROL_HZ + 1) / CONTROL_HZ
+    started = times[np.array(widths) < STROKE_M - 0.001][0]
+    assert 0.05 < started < 0.10
+    half_way = (times > 0.3) & (times < 0.6)
+    speed = -np.polyfit(times[half_way], np.array(widths)[half_way], 1)[0]
+    assert speed == pytest.approx(environment.task.config.finger_speed_mps, rel=0.02)
+
+
+def test_object_rides_at_belt_speed_and_is_gone_at_the_end(environment):
+    begin(environment, speed_mps=1.0, y_m=0.5)
+    action, timestep = still(environment), None
+    for _ in range(CONTROL_HZ):
+        timestep = environment.step(action)
+        if timestep.last():
+            break
+    record = environment.task.referee.record
+    assert timestep.last() and record.has_left and not record.is_success
+    travelled = environment.task.referee.object_pose(environment.physics)[1, 3] - 0.5
+    assert travelled == pytest.approx(float(environment.physics.data.time), rel=0.01)
+
+
+def test_seed_decides_the_world():
+    ranges, profile = ScenarioRange(), ConstantSpeed(0.2)
+    draw = [ranges.draw(profile, np.random.default_rng(s)) for s in (1, 1, 2)]
+    assert draw[0] == draw[1] != draw[2]
+    many = [ranges.draw(profile, np.random.default_rng(s)) for s in range(300)]
+    offsets = np.array([s.offset_m for s in many])
+    assert offsets.min() < -0.07 and offsets.max() > 0.07 and np.abs(offsets).max() <= 0.08
+    yaws = np.array([s.yaw_rad for s in many]) - math.pi / 2
+    assert yaws.min() < -1.4 and yaws.max() > 1.4 and np.abs(yaws).max() <= math.pi / 2
+
+
+def test_same_seed_gives_the_same_pictures():
+    def first_picture(seed: int) -> np.ndarray:
+        environment = load(TaskConfig(delay_s=0.0), random_state=seed)
+        try:
+            environment.reset()
+            return environment.step(still(environment)).observation["camera/rgb"]
+        finally:
+            environment.task.close()
+
+    assert np.array_equal(first_picture(4), first_picture(4))
+    assert not np.array_equal(first_picture(4), first_picture(5))
+
+
+def test_light_scale_darkens_the_picture():
+    def brightness(condition: str) -> float:
+        environment = load(TaskConfig(condition=condition, delay_s=0.0), random_state=0)
+        try:
+            return float(environment.reset().observation["camera/rgb"].mean())
+        finally:
+            environment.task.close()
+
+    assert brightness("dim") < 0.4 * brightness("normal")
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("camera_rate_hz", 50.0, "camera_rate_hz must divide 480"),
+        ("camera_rate_hz", math.nan, "camera_rate_hz must divide 480"),
+        ("delay_s", -0.1, "delay_s must be a number of 0 or more, got -0.1"),
+        ("camera", "under", "camera must be one of far-side, overhead; got 'under'"),
+        ("condition", "foggy", "condition must be one of normal"),
+        ("object", "ball", "object must be one of box"),
+    ],
+)
+def test_bad_configs_are_refused(field, value, message):
+    with pytest.raises(ValueError, match=message):
+        TaskConfig(**{field: value})
