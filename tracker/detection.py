@@ -1,0 +1,225 @@
+"""Template feature matching over position and full rotation, without a previous estimate.
+
+Normalised correlation with a bank of rotated templates at reduced resolution proposes candidates
+(by FFT, the bank transformed once); Gauss-Newton on the group refines them, first on a coarse then
+on the full template. Used to start a track and to find the target again. [IGPF2021] Algorithm 1 (b).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from tracker import aff2
+from tracker.likelihood import LikelihoodConfig, TemplateObservation, stack_layers
+from tracker.template import PatchSampler, Template
+
+_COARSE_GRID = (8, 20)
+_FLAT_DEVIATION = 1.0
+
+
+@dataclass(frozen=True)
+class DetectionConfig:
+    """Search grid and what counts as found."""
+
+    reduction: int = 4
+    """Image pixels per pixel of the coarse search."""
+    rotation_count: int = 24
+    """Rotations in the bank, over a full turn; even."""
+    candidate_count: int = 8
+    """Coarse maxima that are refined."""
+    iterations: int = 8
+    """Gauss-Newton steps on each of the two refinement levels."""
+    min_ncc: float = 0.72
+    """Correlation of the refined match from which it counts."""
+    min_margin: float = 0.05
+    """Lead in correlation over the next different pose; 0 for objects with a symmetry."""
+    min_visible_fraction: float = 0.7
+    """Share of the template that must be visible."""
+
+    def __post_init__(self) -> None:
+        for name in ("reduction", "candidate_count", "iterations"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be 1 or greater, got {getattr(self, name)}")
+        if self.rotation_count < 4 or self.rotation_count % 2:
+            raise ValueError(
+                f"rotation_count must be even and at least 4, got {self.rotation_count}"
+            )
+        for name in ("min_ncc", "min_margin", "min_visible_fraction"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"{name} must be in [0, 1], got {getattr(self, name)!r}")
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """One match of the template."""
+
+    warp: np.ndarray
+    """(3, 3) template -> image [px]."""
+    ncc: float
+    """Correlation over the visible template."""
+    visible_fraction: float
+    """Visible share of the template."""
+
+
+class TemplateDetector:
+    """Finds a template of known size anywhere in images of one shape, at any rotation."""
+
+    def __init__(
+        self,
+        template: Template,
+        unit_px: float,
+        image_shape_px: tuple[int, int],
+        config: DetectionConfig,
+    ) -> None:
+        """Transforms the bank of rotated templates.
+
+        Args:
+            template: what to find.
+            unit_px: length of the template unit in the image [px].
+            image_shape_px: rows and columns of the images.
+            config: search settings.
+        """
+        if not (math.isfinite(unit_px) and unit_px > 0):
+            raise ValueError(f"unit_px must be a positive number, got {unit_px!r}")
+        self._config = config
+        self._unit_px = unit_px
+        coarse = Template.of_picture(template.picture, template.size, _COARSE_GRID)
+        self._levels = [(coarse, PatchSampler(coarse.points), 1.5)]
+        self._levels.append((template, PatchSampler(template.points), 0.0))
+        self._likelihood = LikelihoodConfig(independent_pixel_count=100.0, shape_std=0.02)
+        coarse_unit = unit_px / config.reduction
+        side = math.hypot(*template.size) * coarse_unit
+        self._radius = max(2, math.ceil(side / 2))
+        self._coarse_shape = tuple(math.ceil(n / config.reduction) for n in image_shape_px)
+        self._fft_shape = tuple(_fast_size(n + 4 * self._radius) for n in self._coarse_shape)
+        self._angles = np.arange(config.rotation_count) * 2 * np.pi / config.rotation_count
+        self._bank, self._masks, self._mask_sums = self._transform_bank(template, coarse_unit)
+
+    def detect(self, image: np.ndarray, visibility: np.ndarray | None = None) -> Detection | None:
+        """The best match in a grey image (h, w) if it is good, visible and unrivalled."""
+        if visibility is None:
+            visibility = np.ones(image.shape, np.uint8)
+        visible = visibility > 0
+        if visible.mean() < 0.01 or float(image[visible].std()) < _FLAT_DEVIATION:
+            return None
+        warps = self._candidates(image, visibility)
+        for template, sampler, blur_px in self._levels:
+            smooth = cv2.GaussianBlur(image, (0, 0), blur_px) if blur_px else image
+            layers = stack_layers(smooth, visibility)
+            observation = TemplateObservation(
+                template, layers, self._likelihood, 0.5, self._unit_px, sampler
+            )
+            warps = _gauss_newton(observation, warps, self._config.iterations)
+        return self._choose(warps, observation)
+
+    def _choose(self, warps: np.ndarray, observation: TemplateObservation) -> Detection | None:
+        config = self._config
+        fit = observation.fit(warps)
+        ncc = np.where(fit.visible_fraction >= config.min_visible_fraction, fit.ncc, -1.0)
+        best = int(np.argmax(ncc))
+        if ncc[best] < config.min_ncc:
+            return None
+        away = aff2.difference(warps[best], warps)
+        is_other = (np.hypot(away[:, 4], away[:, 5]) > 0.3) | (np.abs(away[:, 2]) > 0.35)
+        if is_other.any() and fit.ncc[is_other].max() > ncc[best] - config.min_margin:
+            return None
+        return Detection(warps[best], float(ncc[best]), float(fit.visible_fraction[best]))
+
+    def _candidates(self, image: np.ndarray, visibility: np.ndarray) -> np.ndarray:
+        """(k, 3, 3) warps at the largest, mutually different coarse correlations."""
+        config = self._config
+        scores = self._correlate(image, visibility)
+        reach = max(1, self._radius // 4)
+        warps = []
+        for _ in range(config.candidate_count):
+            turn, row, column = np.unravel_index(int(np.argmax(scores)), scores.shape)
+            offset = 0.5 * (config.reduction - 1)
+            centre = np.array([column, row]) * config.reduction + offset
+            warps.append(aff2.similarity(self._unit_px, self._angles[turn], centre))
+            near = np.arange(turn - 2, turn + 3) % config.rotation_count
+            rows = slice(max(row - reach, 0), row + reach + 1)
+            columns = slice(max(column - reach, 0), column + reach + 1)
+            scores[near, rows, columns] = -2.0
+        return np.stack(warps)
+
+    def _correlate(self, image: np.ndarray, visibility: np.ndarray) -> np.ndarray:
+        """(rotations, rows, columns) normalised correlation at every coarse pixel."""
+        visible = visibility > 0
+        filled = np.where(visible, image, image[visible].mean()).astype(np.float32)
+        size = self._coarse_shape[::-1]
+        small = cv2.resize(filled, size, interpolation=cv2.INTER_AREA)
+        small -= small.mean()
+        spectrum = np.fft.rfft2(small, self._fft_shape)
+        square = np.fft.rfft2(small * small, self._fft_shape)
+        product = self._back(spectrum * self._bank)
+        total = self._back(spectrum * self._masks)
+        total_square = self._back(square * self._masks)
+        n = self._mask_sums[:, None, None]
+        variance = np.maximum(total_square / n - (total / n) ** 2, _FLAT_DEVIATION**2)
+        deviation = np.sqrt(np.concatenate([variance, variance]))
+        return product / (np.concatenate([n, n]) * deviation)
+
+    def _back(self, spectrum: np.ndarray) -> np.ndarray:
+        rows, columns = self._coarse_shape
+        r = self._radius
+        return np.fft.irfft2(spectrum, self._fft_shape)[:, r : r + rows, r : r + columns]
+
+    def _transform_bank(
+        self, template: Template, coarse_unit: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Conjugate spectra of rotated templates (rotations) and masks (half a turn), mask sums."""
+        side = 2 * self._radius + 1
+        bank, masks, sums = [], [], []
+        for angle in self._angles:
+            values, mask = _rotated(template, coarse_unit, angle, side)
+            bank.append(values[::-1, ::-1])
+            masks.append(mask[::-1, ::-1])
+            sums.append(mask.sum())
+        half = len(self._angles) // 2
+        shape = self._fft_shape
+        spectra = np.fft.rfft2(np.array(bank, np.float32), shape)
+        mask_spectra = np.fft.rfft2(np.array(masks[:half], np.float32), shape)
+        return spectra, mask_spectra, np.array(sums[:half])
+
+
+def _rotated(
+    template: Template, coarse_unit: float, angle: float, side: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normalised template (side, side) rotated about its centre, zero outside its mask."""
+    height, width = template.picture.shape
+    w, h = template.size
+    fine = 4
+    X = aff2.similarity(coarse_unit * fine, angle, np.full(2, (side * fine - 1) / 2))
+    to_template = np.array(
+        [[w / width, 0, (0.5 / width - 0.5) * w], [0, h / height, (0.5 / height - 0.5) * h]]
+    )
+    M = X[:2] @ np.vstack([to_template, [0, 0, 1]])
+    size = (side * fine, side * fine)
+    picture = cv2.warpAffine(template.picture.astype(np.float32), M, size, flags=cv2.INTER_AREA)
+    cover = cv2.warpAffine(np.ones((height, width), np.float32), M, size)
+    picture = cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA)
+    cover = cv2.resize(cover, (side, side), interpolation=cv2.INTER_AREA)
+    mask = (cover > 0.9).astype(np.float32)
+    values = picture - (picture * mask).sum() / mask.sum()
+    values *= mask
+    return values / math.sqrt((values**2).sum() / mask.sum()), mask
+
+
+def _gauss_newton(
+    observation: TemplateObservation, warps: np.ndarray, iterations: int
+) -> np.ndarray:
+    """(k, 3, 3) warps moved to the nearest maxima of the likelihood."""
+    for _ in range(iterations):
+        gradient, information = observation.linearise(warps)
+        damped = information + 30.0 * np.eye(6)
+        step = np.linalg.solve(damped, gradient[..., None])[..., 0]
+        warps = aff2.perturb(warps, np.clip(np.nan_to_num(step), -0.3, 0.3))
+    return warps
+
+
+def _fast_size(n: int) -> int:
+    return cv2.getOptimalDFTSize(n)

@@ -1,0 +1,228 @@
+"""The particle filter: PF, GPF and IGPF are this one loop with exchangeable parts.
+
+Source: [IGPF2021] Algorithm 1. A particle is the pair (X_k, X_{k-1}), from which the
+autoregressive velocity of Eq (9) follows; here in seconds, so that a dropped image does no harm.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tracker import aff2
+from tracker.likelihood import Observation
+from tracker.proposal import GaussianProposal, PriorProposal, Proposal
+from tracker.resampling import RESAMPLERS, Particles, ResamplingContext
+from tracker.state_space import STATE_SPACES, mean
+
+
+@dataclass(frozen=True)
+class FilterConfig:
+    """State equation, proposal and resampling of one particle filter."""
+
+    state_space: Literal["group", "vector"] = "group"
+    """Aff(2), or a vector of six affine parameters."""
+    proposal: Literal["gaussian", "prior"] = "gaussian"
+    """Gaussian importance function, or the transition prior."""
+    resampling: str = "improved-gaussian"
+    """Name in RESAMPLERS."""
+    resampling_threshold: float = 1.0
+    """Resample when ESS falls below this share of the particles; 1 means always."""
+    particle_count: int = 150
+    """Number of particles."""
+    autoregression: float = 0.98
+    """a of [IGPF2021] Eq (9): share of the velocity kept from image to image."""
+    noise_per_root_s: tuple[float, ...] = (0.02, 0.02, 0.10, 0.02, 0.15, 0.15)
+    """Process noise: scale, aspect, rotation [rad], shear, x, y [template units] per sqrt(s)."""
+    iterations: int = 2
+    """Linearisations of the Gaussian importance function per image."""
+    prior_share: float = 0.1
+    """Share of particles that the Gaussian proposal draws from the prior instead."""
+    step_gain: float = 0.5
+    """K of [IGPF2021] Eq (24)."""
+    max_halvings: int = 2
+    """Halvings of the step in the improved Gaussian resampling before the parent is kept."""
+
+    def __post_init__(self) -> None:
+        _require_choice("state_space", self.state_space, tuple(STATE_SPACES))
+        _require_choice("proposal", self.proposal, ("gaussian", "prior"))
+        _require_choice("resampling", self.resampling, tuple(RESAMPLERS))
+        if self.proposal == "gaussian" and self.state_space == "vector":
+            raise ValueError("proposal 'gaussian' needs state_space 'group', got 'vector'")
+        if self.particle_count < 1:
+            raise ValueError(f"particle_count must be 1 or greater, got {self.particle_count}")
+        _require_range("resampling_threshold", self.resampling_threshold, 0.0, 1.0)
+        _require_range("autoregression", self.autoregression, 0.0, 1.0)
+        _require_range("step_gain", self.step_gain, 0.0, 10.0)
+        if self.max_halvings < 0:
+            raise ValueError(f"max_halvings must be 0 or greater, got {self.max_halvings}")
+        noise = np.asarray(self.noise_per_root_s, float)
+        if noise.shape != (6,) or not (np.isfinite(noise).all() and (noise > 0).all()):
+            raise ValueError(
+                f"noise_per_root_s must be six positive numbers, got {self.noise_per_root_s!r}"
+            )
+        self.build_proposal()
+
+    def build_proposal(self) -> Proposal:
+        """The named proposal with its settings."""
+        if self.proposal == "prior":
+            return PriorProposal()
+        return GaussianProposal(self.iterations, self.prior_share)
+
+
+@dataclass(frozen=True, eq=False)
+class FilterEstimate:
+    """Moments of the weighted particles after one image, before resampling."""
+
+    warp: np.ndarray
+    """(3, 3) weighted mean on the state space."""
+    covariance: np.ndarray
+    """(6, 6) weighted covariance in the tangent space at `warp`."""
+    ess: float
+    """Effective sample size."""
+    log_evidence: float
+    """Log of the mean unnormalised weight; -inf when no particle explains the image."""
+
+
+class ParticleFilter:
+    """Sequential importance resampling over warps."""
+
+    def __init__(
+        self,
+        config: FilterConfig,
+        rng: np.random.Generator,
+        det_range: tuple[float, float] = (1e-3, 1e7),
+    ) -> None:
+        """Particles whose det A leaves `det_range` or that are not finite get no weight."""
+        self._config = config
+        self._rng = rng
+        self._det_range = det_range
+        self._space = STATE_SPACES[config.state_space]
+        self._proposal = config.build_proposal()
+        self._resample = RESAMPLERS[config.resampling]
+        self._variance_rate = np.square(config.noise_per_root_s)
+        self._particles: Particles | None = None
+        self._step_s = 1.0
+        self._covariance = np.zeros((6, 6))
+
+    @property
+    def particles(self) -> Particles:
+        """The present particles; ValueError before `start`."""
+        if self._particles is None:
+            raise ValueError("the filter holds no particles before start()")
+        return self._particles
+
+    def start(
+        self, warp: np.ndarray, previous_warp: np.ndarray | None = None, step_s: float = 1.0
+    ) -> None:
+        """Puts all particles at `warp`, with the velocity that led there from `previous_warp`.
+
+        None means at rest, the paper's A_0 = 0; on a moving belt give two detections `step_s`
+        apart, or the narrow importance function loses the target at once.
+        """
+        n = self._config.particle_count
+        previous_warp = warp if previous_warp is None else previous_warp
+        self._particles = Particles(
+            warps=np.tile(warp, (n, 1, 1)).astype(float),
+            previous=np.tile(previous_warp, (n, 1, 1)).astype(float),
+            log_weights=np.full(n, -math.log(n)),
+            log_likelihoods=np.zeros(n),
+        )
+        self._step_s = step_s
+        self._covariance = np.zeros((6, 6))
+
+    def step(self, observation: Observation, step_s: float) -> FilterEstimate:
+        """Moves, weighs, estimates and resamples; `step_s` is the time since the last image."""
+        predicted = self.predict(step_s)
+        variances = self._variance_rate * step_s
+        draw = self._proposal.draw(predicted, variances, observation, self._space, self._rng)
+        particles, log_evidence = self._weigh(draw.warps, draw.log_ratio, observation)
+        estimate = self._estimate(particles, log_evidence)
+        self._particles = self._resampled(particles, observation)
+        self._step_s = step_s
+        self._covariance = estimate.covariance
+        return estimate
+
+    def coast(self, step_s: float) -> FilterEstimate:
+        """Moves the particles through an image that cannot be used."""
+        predicted = self.predict(step_s)
+        e = self._rng.standard_normal((len(predicted), 6))
+        e *= np.sqrt(self._variance_rate * step_s)
+        particles = Particles(
+            warps=self._space.perturb(predicted, e),
+            previous=self.particles.warps,
+            log_weights=self.particles.log_weights,
+            log_likelihoods=self.particles.log_likelihoods,
+        )
+        estimate = self._estimate(particles, -math.inf)
+        self._particles = particles
+        self._step_s = step_s
+        self._covariance = estimate.covariance
+        return estimate
+
+    def predict(self, step_s: float) -> np.ndarray:
+        """(n, 3, 3) warps moved by their own velocity. [IGPF2021] Eqs (8), (9)."""
+        now = self.particles
+        velocity = self._space.difference(now.previous, now.warps) / self._step_s
+        moved = self._space.perturb(now.warps, self._config.autoregression * velocity * step_s)
+        is_good = self._is_good(moved)
+        if is_good.all():
+            return moved
+        heaviest = int(np.argmax(np.where(is_good, now.log_weights, -np.inf)))
+        moved[~is_good] = moved[heaviest] if is_good.any() else now.warps[heaviest]
+        return moved
+
+    def _weigh(
+        self, warps: np.ndarray, log_ratio: np.ndarray, observation: Observation
+    ) -> tuple[Particles, float]:
+        """Particles with normalised weights, and the log evidence. [IGPF2021] Eq (11)."""
+        is_good = self._is_good(warps)
+        stand_in = self.particles.warps[0]
+        warps = np.where(is_good[:, None, None], warps, stand_in)
+        log_likelihoods = observation.log_likelihood(warps)
+        log_weights = self.particles.log_weights + log_likelihoods + log_ratio
+        log_weights = np.where(is_good & np.isfinite(log_weights), log_weights, -np.inf)
+        peak = log_weights.max()
+        if not np.isfinite(peak):
+            log_evidence = -math.inf
+            log_weights = np.full(len(warps), -math.log(len(warps)))
+        else:
+            log_evidence = float(peak + np.log(np.exp(log_weights - peak).sum()))
+            log_weights = log_weights - log_evidence
+        return Particles(warps, self.particles.warps, log_weights, log_likelihoods), log_evidence
+
+    def _estimate(self, particles: Particles, log_evidence: float) -> FilterEstimate:
+        weights = particles.weights
+        warp = mean(self._space, particles.warps, weights)
+        e = aff2.difference(warp, particles.warps)
+        covariance = np.einsum("n,ni,nj->ij", weights, e, e)
+        return FilterEstimate(warp, covariance, particles.ess, log_evidence)
+
+    def _resampled(self, particles: Particles, observation: Observation) -> Particles:
+        threshold = self._config.resampling_threshold * particles.count
+        if particles.ess > threshold:
+            return particles
+        context = ResamplingContext(
+            space=self._space,
+            observation=observation,
+            covariance=self._covariance,
+            step_gain=self._config.step_gain,
+            max_halvings=self._config.max_halvings,
+        )
+        return self._resample(particles, context, self._rng)
+
+    def _is_good(self, warps: np.ndarray) -> np.ndarray:
+        return aff2.is_valid(warps, self._det_range)
+
+
+def _require_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise ValueError(f"{name} must be one of {', '.join(choices)}; got {value!r}")
+
+
+def _require_range(name: str, value: float, low: float, high: float) -> None:
+    if not (math.isfinite(value) and low <= value <= high):
+        raise ValueError(f"{name} must be a number from {low:g} to {high:g}, got {value!r}")

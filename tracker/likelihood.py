@@ -1,0 +1,217 @@
+"""Observation models: how probable an image is under a warp, and its linearisation.
+
+Patches and template are normalised (zero mean, unit deviation) over the *visible* pixels, so the
+mean squared residual is `2 (1 - ncc)`. R = sigma^2 I over hundreds of correlated pixels would put
+all weight on one particle; the sum is tempered to an effective number of independent pixels. The
+same R serves importance function and weights. A hidden pixel costs what an average visible pixel
+costs, so warps are not rewarded for sliding under an occluder.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from tracker import aff2
+from tracker.template import PatchSampler, Template
+
+
+class Observation(Protocol):
+    """One image as the filter sees it."""
+
+    def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
+        """(n,) log p(y | X), up to a constant."""
+        ...
+
+    def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Gradient J^T R^-1 r (n, 6) and information J^T R^-1 J (n, 6, 6) at `warps`."""
+        ...
+
+
+@dataclass(frozen=True)
+class LikelihoodConfig:
+    """Photometric noise model shared by all filters."""
+
+    independent_pixel_count: float = 20.0
+    """Pixels that the template is worth when its samples are correlated."""
+    initial_sigma: float = 0.4
+    """Residual deviation before anything was measured [template deviations]."""
+    sigma_floor: float = 0.15
+    """Smallest residual deviation the online estimate may reach."""
+    sigma_ceiling: float = 0.9
+    """Largest residual deviation the online estimate may reach."""
+    sigma_memory: float = 0.9
+    """Share of the old variance kept at each update of the online estimate."""
+    huber_threshold: float = 2.5
+    """Residuals beyond this many sigmas count linearly."""
+    shape_std: float | None = 0.01
+    """Deviation of log scale, aspect and shear from the known size; None: size unknown."""
+
+    def __post_init__(self) -> None:
+        for name in ("independent_pixel_count", "initial_sigma", "sigma_floor", "sigma_ceiling"):
+            _require_positive(name, getattr(self, name))
+        _require_positive("huber_threshold", self.huber_threshold)
+        if self.shape_std is not None:
+            _require_positive("shape_std", self.shape_std)
+        if not 0.0 <= self.sigma_memory < 1.0:
+            raise ValueError(f"sigma_memory must be in [0, 1), got {self.sigma_memory!r}")
+
+
+@dataclass(frozen=True, eq=False)
+class PatchFit:
+    """How well patches under `n` warps match the template."""
+
+    ncc: np.ndarray
+    """(n,) correlation over the visible pixels; 0 where nothing is visible."""
+    visible_fraction: np.ndarray
+    """(n,)"""
+    cost: np.ndarray
+    """(n,) mean Huber cost over the visible pixels [template variances]."""
+
+
+class TemplateObservation:
+    """One grey image with visibility, compared with a template. [IGPF2021] Eq (10)."""
+
+    def __init__(
+        self,
+        template: Template,
+        layers: np.ndarray,
+        config: LikelihoodConfig,
+        sigma: float,
+        unit_px: float | None = None,
+        sampler: PatchSampler | None = None,
+    ) -> None:
+        """Binds the image.
+
+        Args:
+            template: what is looked for.
+            layers: (h, w, 2) float32, grey and visibility, from `stack_layers`.
+            config: noise model.
+            sigma: current residual deviation.
+            unit_px: known length of the template unit in the image [px]; None if unknown.
+            sampler: reusable buffers.
+        """
+        self._template = template
+        self._layers = layers
+        self._config = config
+        self._sigma = sigma
+        self._unit_px = unit_px if config.shape_std is not None else None
+        self._sampler = sampler or PatchSampler(template.points)
+        self._products = _pair_products(template.jacobian)
+
+    def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
+        """(n,) tempered robust Gaussian log-likelihood. [IGPF2021] Eqs (10), (11)."""
+        fit = self.fit(warps)
+        visible = fit.visible_fraction
+        hidden_cost = 0.5 * self._sigma**2
+        cost = visible * fit.cost + (1.0 - visible) * hidden_cost
+        result = -self._config.independent_pixel_count * cost / self._sigma**2
+        return result + self._shape_log_likelihood(warps)
+
+    def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Gradient (n, 6) and information (n, 6, 6), inverse compositional. [Kwon2014]"""
+        template = self._template
+        patch, weights, visible = self._normalised_patch(warps)
+        T, T_mean, T_std = self._visible_template(weights)
+        residual = self._clip(T - patch)
+        J = template.jacobian
+        J_mean = weights @ J
+        J_along_T = ((weights * template.values) @ J - T_mean[:, None] * J_mean) / T_std[:, None]
+        weighted = weights * residual
+        g = weighted @ J
+        g -= weighted.sum(axis=1)[:, None] * J_mean
+        g -= np.einsum("ij,ij->i", weighted, T)[:, None] * J_along_T
+        H = _unpack(weights @ self._products)
+        H = H - _outer(J_mean) - _outer(J_along_T)
+        worth = self._config.independent_pixel_count * visible / self._sigma**2
+        g = g * (worth / T_std)[:, None]
+        H = H * (worth / T_std**2)[:, None, None]
+        return self._add_shape(warps, g.astype(float), H.astype(float))
+
+    def fit(self, warps: np.ndarray) -> PatchFit:
+        """Correlation, visibility and cost of each warp."""
+        patch, weights, visible = self._normalised_patch(warps)
+        T, _, _ = self._visible_template(weights)
+        residual = T - patch
+        clipped = self._clip(residual)
+        cost = np.einsum("ij,ij->i", weights * clipped, residual - 0.5 * clipped)
+        ncc = np.einsum("ij,ij->i", weights * T, patch)
+        return PatchFit(ncc.astype(float), visible.astype(float), cost.astype(float))
+
+    def _normalised_patch(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Patch values (n, m), weights that sum to one (n, m), visible fraction (n,)."""
+        grey, visibility = self._sampler.sample(self._layers, warps)
+        weights = (visibility > 0.99).astype(np.float32)
+        total = weights.sum(axis=1)
+        weights /= np.maximum(total, 1.0)[:, None]
+        patch = grey - np.einsum("ij,ij->i", weights, grey)[:, None]
+        variance = np.einsum("ij,ij->i", weights, patch * patch)
+        patch /= np.sqrt(np.maximum(variance, 1.0))[:, None]
+        return patch, weights, total / weights.shape[1]
+
+    def _visible_template(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Template normalised over visible pixels (n, m), with the mean and deviation used."""
+        values = self._template.values
+        mean = weights @ values
+        variance = weights @ (values * values) - mean * mean
+        std = np.sqrt(np.maximum(variance, 1e-2))
+        return (values - mean[:, None]) / std[:, None], mean, std
+
+    def _clip(self, residual: np.ndarray) -> np.ndarray:
+        limit = self._config.huber_threshold * self._sigma
+        return np.clip(residual, -limit, limit)
+
+    def _shape_error(self, warps: np.ndarray) -> np.ndarray:
+        """(n, 3) log scale, aspect and shear relative to the known size."""
+        error = aff2.polar(warps)[:, [0, 1, 3]]
+        error[:, 0] -= np.log(self._unit_px)
+        return error
+
+    def _shape_log_likelihood(self, warps: np.ndarray) -> np.ndarray | float:
+        if self._unit_px is None:
+            return 0.0
+        return -0.5 * (self._shape_error(warps) ** 2).sum(axis=1) / self._config.shape_std**2
+
+    def _add_shape(
+        self, warps: np.ndarray, g: np.ndarray, H: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        if self._unit_px is not None:
+            axes = [0, 1, 3]
+            g[:, axes] -= self._shape_error(warps) / self._config.shape_std**2
+            H[:, axes, axes] += 1.0 / self._config.shape_std**2
+        return g, H
+
+
+def stack_layers(image: np.ndarray, visibility: np.ndarray | None) -> np.ndarray:
+    """(h, w, 2) float32 of a grey image (h, w) and its visibility (None: all visible)."""
+    layers = np.empty((*image.shape, 2), np.float32)
+    layers[..., 0] = image
+    layers[..., 1] = 1.0 if visibility is None else visibility
+    return layers
+
+
+_ROWS, _COLUMNS = np.triu_indices(6)
+
+
+def _pair_products(J: np.ndarray) -> np.ndarray:
+    """(m, 21) products of the columns of J (m, 6), upper triangle."""
+    return J[:, _ROWS] * J[:, _COLUMNS]
+
+
+def _unpack(packed: np.ndarray) -> np.ndarray:
+    """(n, 6, 6) symmetric matrices of packed upper triangles (n, 21)."""
+    H = np.empty((len(packed), 6, 6), packed.dtype)
+    H[:, _ROWS, _COLUMNS] = packed
+    H[:, _COLUMNS, _ROWS] = packed
+    return H
+
+
+def _outer(a: np.ndarray) -> np.ndarray:
+    return a[:, :, None] * a[:, None, :]
+
+
+def _require_positive(name: str, value: float) -> None:
+    if not (np.isfinite(value) and value > 0):
+        raise ValueError(f"{name} must be a positive number, got {value!r}")

@@ -1,0 +1,188 @@
+"""From RGB-D images to the target's pose: the patent's 2-D tracking and 3-D reconstruction.
+
+searching --two consistent detections--> tracking <--> uncertain --> lost --> searching.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tracker import aff2
+from tracker.backproject import Backprojector, TargetPose
+from tracker.base import Status, WarpEstimate
+from tracker.detection import Detection, TemplateDetector
+from tracker.rectify import OverheadImage, OverheadView
+from tracker.registry import TrackerConfig
+from tracker.template import Template
+from tracker.template_tracker import TemplateTracker
+
+_MAX_DETECTION_GAP_S = 0.25
+_MAX_DETECTION_TURN_RAD = 0.35
+_DETECTION_STD = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class TargetObservation:
+    """What one image told about the target."""
+
+    pose: TargetPose | None
+    """None while searching, and when the image or the estimate gave no pose."""
+    estimate: WarpEstimate | None
+    """Warp in the overhead image; None while searching."""
+    status: Status
+    """State after this image."""
+    corners_px: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    """(4, 2) corners of the target in the camera image, for drawing; may be empty."""
+    particles_px: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    """(n, 2) particle centres in the camera image, for drawing; may be empty."""
+
+
+class TargetTracker:
+    """Finds and follows one object on a horizontal plane with a calibrated RGB-D camera."""
+
+    def __init__(
+        self,
+        config: TrackerConfig,
+        template: Template,
+        size_m: tuple[float, float],
+        view: OverheadView,
+        rng: np.random.Generator,
+    ) -> None:
+        """Prepares detector and filter.
+
+        Args:
+            config: a row of TRACKERS.
+            template: the target's top face, seen from above: u along its long axis (object +x),
+                v against object +y.
+            size_m: width (along u) and height (along v) of the top face.
+            view: overhead view built from the camera's K and T_world_camera.
+            rng: the only source of randomness.
+        """
+        if len(size_m) != 2 or not (np.isfinite(size_m).all() and min(size_m) > 0):
+            raise ValueError(f"size_m must be two positive numbers, got {size_m!r}")
+        self._config = config
+        self._view = view
+        self._corners = template.corners
+        self._unit_px = math.sqrt(size_m[0] * size_m[1]) / view.m_per_px
+        self._detector = TemplateDetector(template, self._unit_px, view.shape_px, config.detection)
+        self._tracker = TemplateTracker(
+            template, config.filter, config.likelihood, config.status, rng, self._unit_px
+        )
+        self._backprojector = Backprojector(template, view, config.backproject)
+        self._status = Status.SEARCHING
+        self._sighting: tuple[Detection, float] | None = None
+        self._held: WarpEstimate | None = None
+        self._time_s = -math.inf
+
+    @property
+    def status(self) -> Status:
+        """State after the last image."""
+        return self._status
+
+    def update(
+        self, rgb: np.ndarray, depth_m: np.ndarray | None, time_s: float
+    ) -> TargetObservation:
+        """Processes one image; bad input makes the status uncertain or lost, never raises.
+
+        Args:
+            rgb: (h, w, 3) uint8 image.
+            depth_m: (h, w) distance along the optical axis, or None.
+            time_s: when the image was exposed; must grow from call to call.
+        """
+        if not (math.isfinite(time_s) and time_s > self._time_s):
+            return self._no_news()
+        self._time_s = time_s
+        image = self._rectify(rgb, depth_m)
+        if self._held is not None:
+            return self._report(self._held, image, time_s)
+        if self._status in (Status.SEARCHING, Status.LOST):
+            return self._search(image, time_s)
+        estimate = self._tracker.update(image.grey, time_s, image.visibility)
+        if self._has_left(estimate.warp):
+            estimate = replace(estimate, status=Status.LOST)
+        self._status = estimate.status
+        if estimate.status is Status.LOST:
+            self._sighting = None
+        return self._report(estimate, image, time_s)
+
+    def _search(self, image: OverheadImage, time_s: float) -> TargetObservation:
+        """Looks for the target; starts the filter at the second of two consistent sightings."""
+        self._status = Status.SEARCHING
+        found = self._detector.detect(image.grey, image.visibility)
+        if found is None:
+            return TargetObservation(None, None, self._status)
+        first, self._sighting = self._sighting, (found, time_s)
+        if first is None or not self._is_same(first, found, time_s):
+            return TargetObservation(None, None, self._status)
+        self._backprojector.reset()
+        self._tracker.start(found.warp, time_s, first[0].warp, first[1])
+        self._status = Status.TRACKING
+        estimate = _sighted(found)
+        if self._config.is_static:
+            self._held = estimate
+        return self._report(estimate, image, time_s)
+
+    def _is_same(self, first: tuple[Detection, float], found: Detection, time_s: float) -> bool:
+        gap_s = time_s - first[1]
+        motion = aff2.difference(first[0].warp, found.warp)
+        reach = self._config.max_speed_mps * gap_s / (self._view.m_per_px * self._unit_px)
+        return bool(
+            gap_s <= _MAX_DETECTION_GAP_S
+            and np.hypot(motion[4], motion[5]) <= reach
+            and abs(motion[2]) <= _MAX_DETECTION_TURN_RAD
+        )
+
+    def _report(
+        self, estimate: WarpEstimate, image: OverheadImage, time_s: float
+    ) -> TargetObservation:
+        pose = None
+        if estimate.status is not Status.LOST:
+            pose = self._backprojector.pose(estimate, image, self._unit_px, time_s)
+        centres = estimate.particles[:, :2, 2]
+        return TargetObservation(
+            pose=pose,
+            estimate=estimate,
+            status=estimate.status,
+            corners_px=self._view.camera_of_pixel((estimate.warp @ self._corners)[:2].T),
+            particles_px=self._view.camera_of_pixel(centres),
+        )
+
+    def _rectify(self, rgb: np.ndarray, depth_m: np.ndarray | None) -> OverheadImage:
+        """Overhead image; all hidden and black where the camera gave nothing usable."""
+        shape = self._view.image_shape_px
+        is_image = (
+            isinstance(rgb, np.ndarray)
+            and rgb.dtype == np.uint8
+            and rgb.shape in (shape, (*shape, 3))
+        )
+        if not is_image:
+            black = np.zeros(self._view.shape_px, np.uint8)
+            return OverheadImage(black, black, np.full(black.shape, np.nan, np.float32))
+        is_depth = isinstance(depth_m, np.ndarray) and depth_m.shape == shape
+        return self._view.rectify(rgb, depth_m if is_depth else None)
+
+    def _has_left(self, warp: np.ndarray) -> bool:
+        rows, columns = self._view.shape_px
+        column, row = warp[:2, 2]
+        return not (0 <= column < columns and 0 <= row < rows)
+
+    def _no_news(self) -> TargetObservation:
+        """Answer to an image without a valid new time."""
+        if self._status is Status.TRACKING:
+            return TargetObservation(None, None, Status.UNCERTAIN)
+        return TargetObservation(None, None, self._status)
+
+
+def _sighted(found: Detection) -> WarpEstimate:
+    return WarpEstimate(
+        warp=found.warp,
+        covariance=np.eye(6) * _DETECTION_STD**2,
+        ess=1.0,
+        log_likelihood=0.0,
+        ncc=found.ncc,
+        visible_fraction=found.visible_fraction,
+        status=Status.TRACKING,
+    )

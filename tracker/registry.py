@@ -1,0 +1,69 @@
+"""The trackers by name: one configuration type, rows that differ only where the methods do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from tracker.backproject import BackprojectConfig
+from tracker.detection import DetectionConfig
+from tracker.filter import FilterConfig
+from tracker.likelihood import LikelihoodConfig
+from tracker.template_tracker import StatusConfig
+
+
+@dataclass(frozen=True)
+class TrackerConfig:
+    """Everything that determines a tracker except its random stream."""
+
+    description: str
+    """One line for listings."""
+    filter: FilterConfig = field(default_factory=FilterConfig)
+    """State space, proposal and resampling: where PF, GPF and IGPF differ."""
+    likelihood: LikelihoodConfig = field(default_factory=LikelihoodConfig)
+    """Photometric noise model."""
+    detection: DetectionConfig = field(default_factory=DetectionConfig)
+    """Initialisation and re-detection."""
+    status: StatusConfig = field(default_factory=StatusConfig)
+    """When the track counts as uncertain or lost."""
+    backproject: BackprojectConfig = field(default_factory=BackprojectConfig)
+    """Reconstruction of the pose."""
+    is_static: bool = False
+    """Hold the first detection instead of tracking."""
+    max_speed_mps: float = 3.0
+    """Two detections that would need more than this are not the same target."""
+
+    def __post_init__(self) -> None:
+        if not self.max_speed_mps > 0:
+            raise ValueError(f"max_speed_mps must be a positive number, got {self.max_speed_mps!r}")
+
+    def with_particle_count(self, particle_count: int) -> TrackerConfig:
+        """The same tracker with another number of particles."""
+        return replace(self, filter=replace(self.filter, particle_count=particle_count))
+
+
+TRACKERS: dict[str, TrackerConfig] = {
+    "igpf": TrackerConfig(
+        description="particles on Aff(2), Gaussian proposal, improved Gaussian resampling",
+        filter=FilterConfig(
+            state_space="group", proposal="gaussian", resampling="improved-gaussian"
+        ),
+    ),
+    "gpf": TrackerConfig(
+        description="particles on Aff(2), Gaussian proposal, residual resampling",
+        filter=FilterConfig(state_space="group", proposal="gaussian", resampling="residual"),
+    ),
+    "pf": TrackerConfig(
+        description="vector of affine parameters, transition prior, systematic resampling",
+        filter=FilterConfig(state_space="vector", proposal="prior", resampling="systematic"),
+    ),
+    "static": TrackerConfig(
+        description="control: holds the first detection and never moves", is_static=True
+    ),
+}
+
+
+def get_tracker_config(name: str) -> TrackerConfig:
+    """The named configuration; ValueError that lists the valid names."""
+    if name not in TRACKERS:
+        raise ValueError(f"tracker must be one of {', '.join(TRACKERS)}; got {name!r}")
+    return TRACKERS[name]

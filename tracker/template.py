@@ -1,0 +1,149 @@
+"""The target's reference picture, and fast sampling of many warped patches.
+
+Template coordinates have their origin at the centre of the target and the unit sqrt(w h), the same
+along both axes, so that a rotation of the template is a rotation in the image. u points right and
+v down in the picture; a warp maps (u, v, 1) to image pixels.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """A normalised grey picture on a regular grid, with its derivatives. Build with `of_picture`.
+
+    The Jacobian is the inverse-compositional one: constant for all warps and images.
+    Source: [Kwon2014]; columns follow the algebra basis of [IGPF2021] Eq (5).
+    """
+
+    values: np.ndarray
+    """(n,) float32, zero mean and unit standard deviation."""
+    points: np.ndarray
+    """(3, n) homogeneous template coordinates of the samples."""
+    jacobian: np.ndarray
+    """(n, 6) float32, derivative of the template under a right perturbation of its warp."""
+    shape: tuple[int, int]
+    """Rows and columns of the sampling grid."""
+    size: tuple[float, float]
+    """Width and height of the target in template units; their product is 1."""
+    picture: np.ndarray
+    """(rows, columns) uint8 grey reference picture, for detection and drawing."""
+
+    def __post_init__(self) -> None:
+        for name in ("values", "points", "jacobian", "picture"):
+            getattr(self, name).setflags(write=False)
+
+    @classmethod
+    def of_picture(
+        cls,
+        picture: np.ndarray,
+        size: tuple[float, float],
+        grid: tuple[int, int] = (16, 40),
+    ) -> Template:
+        """Template of a whole `picture` (h, w) or RGB (h, w, 3), uint8.
+
+        Args:
+            picture: the target alone, filling the picture, seen square-on.
+            size: width and height of the target in any unit (metres, pixels).
+            grid: rows and columns of the samples.
+        """
+        grey = _grey(picture)
+        width, height = size
+        if not (math.isfinite(width) and math.isfinite(height) and min(width, height) > 0):
+            raise ValueError(f"size must be two positive numbers (width, height), got {size}")
+        rows, columns = grid
+        if min(rows, columns) < 4:
+            raise ValueError(f"grid must have at least 4 rows and 4 columns, got {grid}")
+        unit = math.sqrt(width * height)
+        w, h = width / unit, height / unit
+        small = cv2.resize(grey, (columns, rows), interpolation=cv2.INTER_AREA)
+        values = small.astype(np.float64)
+        if values.std() < 1.0:
+            raise ValueError("picture must have texture: its grey values are all but equal")
+        values = (values - values.mean()) / values.std()
+        u = ((np.arange(columns) + 0.5) / columns - 0.5) * w
+        v = ((np.arange(rows) + 0.5) / rows - 0.5) * h
+        uu, vv = np.meshgrid(u, v)
+        return cls(
+            values=values.ravel().astype(np.float32),
+            points=np.stack([uu.ravel(), vv.ravel(), np.ones(uu.size)]),
+            jacobian=_jacobian(values, u, v).astype(np.float32),
+            shape=(rows, columns),
+            size=(w, h),
+            picture=grey,
+        )
+
+    @property
+    def corners(self) -> np.ndarray:
+        """(3, 4) homogeneous corners: top left, top right, bottom right, bottom left."""
+        w, h = self.size
+        return np.array([[-w, w, w, -w], [-h, -h, h, h], [2, 2, 2, 2]]) / 2
+
+
+class PatchSampler:
+    """Samples an image at the template points of many warps with one `cv2.remap`.
+
+    Holds its buffers, so one sampler belongs to one thread. Coordinates are quantised to 1/32 px
+    by OpenCV.
+    """
+
+    def __init__(self, points: np.ndarray) -> None:
+        self._points = points.astype(np.float32)
+        self._coordinates = np.empty((2, 0, points.shape[1]), np.float32)
+        self._samples = np.empty((0, points.shape[1], 2), np.float32)
+
+    def sample(self, layers: np.ndarray, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Grey values (n, m) and visibility (n, m) of `layers` (h, w, 2) under `warps` (n, 3, 3).
+
+        Both are views of buffers that the next call overwrites. Outside the image both are 0.
+        """
+        count = len(warps)
+        if count > self._samples.shape[0]:
+            size = self._points.shape[1]
+            self._coordinates = np.empty((2, count, size), np.float32)
+            self._samples = np.empty((count, size, 2), np.float32)
+        maps = self._coordinates[:, :count]
+        for axis in range(2):
+            rows = np.clip(warps[:, axis, :], -1e6, 1e6).astype(np.float32)
+            np.matmul(rows, self._points, out=maps[axis])
+        samples = cv2.remap(
+            layers, maps[0], maps[1], cv2.INTER_LINEAR, dst=self._samples[:count], borderValue=0
+        )
+        return samples[..., 0], samples[..., 1]
+
+
+def _jacobian(values: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(n, 6) columns `grad T . (E_i p)` of a normalised picture on the grid u x v.
+
+    Projected onto what survives normalisation: no mean, no component along T itself.
+    """
+    Tv, Tu = np.gradient(values, v, u)
+    uu, vv = np.meshgrid(u, v)
+    columns = [
+        uu * Tu + vv * Tv,
+        uu * Tu - vv * Tv,
+        uu * Tv - vv * Tu,
+        vv * Tu + uu * Tv,
+        Tu,
+        Tv,
+    ]
+    return np.stack([c.ravel() for c in columns], axis=1)
+
+
+def _grey(picture: np.ndarray) -> np.ndarray:
+    """(h, w) uint8 copy of a grey or RGB picture; ValueError for anything else."""
+    picture = np.asarray(picture)
+    is_grey = picture.ndim == 2
+    is_rgb = picture.ndim == 3 and picture.shape[2] == 3
+    if picture.dtype != np.uint8 or not (is_grey or is_rgb) or min(picture.shape[:2]) < 4:
+        raise ValueError(
+            "picture must be uint8 (h, w) or (h, w, 3), at least 4 px a side, "
+            f"got {picture.dtype} {picture.shape}"
+        )
+    return picture.copy() if is_grey else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
