@@ -1,0 +1,1 @@
+"""Vision: Aff(2) particle filters, reconstruction and prediction of one target."""

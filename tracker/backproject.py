@@ -51,8 +51,6 @@ class TargetPose:
 
     position_m: np.ndarray
     """(3,) in the world."""
-    position_camera_m: np.ndarray
-    """(3,) in the camera, x right, y down, z forward."""
     yaw_rad: float
     """Angle of the target's long axis (the template's u axis) about world z, in (-pi, pi]."""
     covariance: np.ndarray
@@ -63,10 +61,14 @@ class TargetPose:
     """Share of the top face that was seen."""
     is_usable: bool
     """False if too little was seen, or the fit does not have the target's size."""
+    position_camera_m: np.ndarray | None = None
+    """(3,) in the camera, x right, y down, z forward; None where no camera was involved."""
 
     def __post_init__(self) -> None:
         for name in ("position_m", "position_camera_m", "covariance"):
-            getattr(self, name).setflags(write=False)
+            array = getattr(self, name)
+            if array is not None:
+                array.setflags(write=False)
 
 
 class Backprojector:

@@ -111,7 +111,7 @@ class TemplateObservation:
         return result + self._shape_log_likelihood(warps)
 
     def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gradient (n, 6) and information (n, 6, 6), inverse compositional. [Kwon2014]"""
+        """Gradient (n, 6) and information (n, 6, 6), inverse compositional as in [Kwon2014]."""
         template = self._template
         patch, weights, visible = self._normalised_patch(warps)
         T, T_mean, T_std = self._visible_template(weights)

@@ -110,9 +110,9 @@ class Scene:
 
     def paint_sides(self, grey, x, y, yaw):
         """The side faces, plain: the hull of the bottom and top rectangles."""
-        l, w = SIZE_M[0] / 2, SIZE_M[1] / 2
+        a, b = SIZE_M[0] / 2, SIZE_M[1] / 2
         R = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-        xy = np.array([[l, w], [-l, w], [-l, -w], [l, -w]]) @ R.T + [x, y]
+        xy = np.array([[a, b], [-a, b], [-a, -b], [a, -b]]) @ R.T + [x, y]
         corners = [np.append(p, z) for p in xy for z in (0.0, TOP_Z_M)]
         T = np.linalg.inv(self.T_world_camera)
         q = np.array(corners) @ T[:3, :3].T + T[:3, 3]
