@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
+import numpy as np
 from dm_control import composer, mjcf
 
-from sim import ASSETS
+from sim import ASSETS, textures
 
 BELT_CENTRE_X_M = 0.50
 """World x of the centreline; the belt runs along +y and carries at z = 0."""
@@ -16,6 +17,8 @@ BELT_CENTRE_X_M = 0.50
 BELT_WIDTH_M = 0.40
 BELT_Y_MIN_M = -1.30
 BELT_Y_MAX_M = 1.30
+
+_PATTERN_PERIOD_M = 0.1
 
 
 @runtime_checkable
@@ -48,6 +51,9 @@ class Conveyor(composer.Entity):
     def _build(self) -> None:
         self._mjcf_root = mjcf.from_path(str(ASSETS / "conveyor.xml"))
         self._belt = self._mjcf_root.find("geom", "belt")
+        self._band = self._mjcf_root.find("geom", "band")
+        textures.apply(self._mjcf_root, "rubber", textures.belt_surface())
+        self._travel_m, self._shown_at_s = 0.0, 0.0
         self._rails = tuple(
             self._mjcf_root.find("geom", f"rail_{side}") for side in ("near", "far")
         )
@@ -70,3 +76,25 @@ class Conveyor(composer.Entity):
     def set_speed(self, physics: Any, speed_mps: float) -> None:
         """Sets the surface velocity of the belt along +y from the next physics step on."""
         physics.model.geom_surfacevel[physics.bind(self._belt).element_id, 1] = speed_mps
+
+    def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:
+        """Composer's hook: the drawn belt starts at its mark."""
+        del random_state
+        self._travel_m, self._shown_at_s = 0.0, float(physics.time())
+        self._show_travel(physics)
+
+    def after_step(self, physics: Any, random_state: np.random.RandomState) -> None:
+        """Composer's hook: the drawn belt moves as far as the surface has."""
+        del random_state
+        speed_mps = physics.bind(self._belt).surfacevel[1]
+        self._travel_m += speed_mps * (physics.time() - self._shown_at_s)
+        self._shown_at_s = float(physics.time())
+        self._show_travel(physics)
+
+    def _show_travel(self, physics: Any) -> None:
+        """Shifts the picture of the belt within one period of its pattern; no effect on physics."""
+        shift_m = (self._travel_m + 0.5 * _PATTERN_PERIOD_M) % _PATTERN_PERIOD_M
+        band = physics.bind(self._band)
+        before_m = float(band.pos[1])
+        band.pos[1] = shift_m - 0.5 * _PATTERN_PERIOD_M
+        band.xpos[1] += band.pos[1] - before_m

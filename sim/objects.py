@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from dm_control import composer, mjcf
 
-from sim import ASSETS
+from sim import ASSETS, textures
 
 
 @dataclass(frozen=True)
@@ -21,6 +23,8 @@ class GraspableObject:
     size_m: tuple[float, float, float]
     """Extent along its long axis x, across the grasp y, and height z."""
     mass_kg: float
+    artwork: Callable[[], np.ndarray] | None = None
+    """Paints the (h, w, 3) uint8 picture for the material `artwork` of the file, if it has one."""
 
 
 OBJECTS: dict[str, GraspableObject] = {
@@ -30,6 +34,7 @@ OBJECTS: dict[str, GraspableObject] = {
         xml="objects/box.xml",
         size_m=(0.200, 0.080, 0.080),
         mass_kg=0.5,
+        artwork=textures.carton_artwork,
     ),
 }
 """Every object a trial can name."""
@@ -48,6 +53,8 @@ class Prop(composer.Entity):
     def _build(self, spec: GraspableObject) -> None:
         self._spec = spec
         self._mjcf_root = mjcf.from_path(str(ASSETS / spec.xml))
+        if spec.artwork is not None:
+            textures.apply(self._mjcf_root, "artwork", spec.artwork())
 
     @property
     def mjcf_model(self) -> Any:
