@@ -245,7 +245,7 @@ def _log_slope(tau: np.ndarray, D: np.ndarray) -> np.ndarray:
     small = q < _SERIES_BELOW * np.abs(tau)
     safe = np.where(small, 1.0, q)
     spiral = np.arctan2(q, tau) / safe
-    split = 0.5 * np.log((tau + q) / (tau - q)) / safe
+    split = np.where(tau > q, 0.5 * np.log((tau + q) / (tau - q)) / safe, np.nan)
     series = np.where(tau > 0, 1.0 / tau, np.nan)
     return np.where(small, series, np.where(D < 0, spiral, split))
 

@@ -2,7 +2,8 @@
 
 Normalised correlation with a bank of rotated templates at reduced resolution proposes candidates
 (by FFT, the bank transformed once); Gauss-Newton on the group refines them, first on a coarse then
-on the full template. Starts a track and finds the target again after a loss. [IGPF2021] Algorithm 1, step (b).
+on the full template. Starts a track and finds the target again after a loss.
+Source: [IGPF2021] Algorithm 1, step (b).
 """
 
 from __future__ import annotations

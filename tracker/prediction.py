@@ -66,7 +66,7 @@ class PredictorConfig:
     """Poses that count (k of Eq (27) plus one); the Kalman filter ignores it."""
     has_acceleration: bool = False
     """Add the weighted acceleration of Eq (28)."""
-    acceleration_psd: tuple[float, float, float, float] = (0.05, 0.05, 0.001, 0.05)
+    acceleration_psd: tuple[float, float, float, float] = (0.004, 0.004, 0.0001, 0.02)
     """Spectral density of white acceleration of x, y, z [m^2/s^3] and yaw [rad^2/s^3]."""
     yaw_period_rad: float = _FULL_TURN
     """Turn after which the target looks the same: pi for an object with a half-turn symmetry."""
@@ -186,7 +186,7 @@ class KalmanConstantVelocity:
     images is surer of itself than systematic errors allow.
     """
 
-    _floor = np.array([1e-3, 1e-3, 2e-3, 0.01]) ** 2
+    _floor = np.array([1.5e-3, 1.5e-3, 2e-3, 0.01]) ** 2
     _initial_velocity_variance = np.array([1.0, 1.0, 1e-4, 1.0])
 
     def __init__(self, config: PredictorConfig) -> None:

@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+from tracker import aff2
+from tracker.likelihood import LikelihoodConfig, TemplateObservation, stack_layers
+
+
+@pytest.fixture
+def observe(view, scene, template):
+    """Observation of a box at (0.5, 0, 0.4), with settings to vary."""
+
+    def build(gain=1.0, offset=0.0, unit_px=None, occluder=None, sigma=0.3, **settings):
+        image = view.rectify(*scene.render(0.5, 0.0, 0.4, occluder))
+        layers = stack_layers(image.grey, image.visibility)
+        layers[..., 0] = gain * layers[..., 0] + offset
+        return TemplateObservation(template, layers, LikelihoodConfig(**settings), sigma, unit_px)
+
+    return build
+
+
+def test_gain_and_offset_do_not_matter(observe, true_warp):
+    warp = true_warp(0.5, 0.0, 0.4)[None]
+    np.testing.assert_allclose(
+        observe().fit(warp).ncc, observe(gain=0.3, offset=20).fit(warp).ncc, atol=0.01
+    )
+
+
+def test_gradient_points_back_to_the_truth(observe, true_warp):
+    truth = true_warp(0.5, 0.0, 0.4)
+    offsets = 0.02 * np.random.default_rng(0).standard_normal((40, 6))
+    gradient, information = observe().linearise(aff2.perturb(truth, offsets))
+    step = np.linalg.solve(information + np.eye(6), gradient[..., None])[..., 0]
+    remaining = np.linalg.norm(offsets + step, axis=1) / np.linalg.norm(offsets, axis=1)
+    assert np.median(remaining) < 0.5
+
+
+def test_gradient_is_the_derivative_of_the_likelihood(observe, true_warp):
+    """To the accuracy of the inverse-compositional approximation, away from sampling noise."""
+    truth = true_warp(0.5, 0.0, 0.4)
+    observation = observe(huber_threshold=100.0)
+    for axis in range(2, 6):
+        e = np.zeros((21, 6))
+        e[:, axis] = np.linspace(-0.05, 0.05, 21)
+        values = observation.log_likelihood(aff2.perturb(truth, e))
+        gradient, _ = observation.linearise(aff2.perturb(truth, e))
+        quadratic = np.polynomial.Polynomial.fit(e[:, axis], values, 2).convert().coef[2]
+        slope = np.polynomial.Polynomial.fit(e[:, axis], gradient[:, axis], 1).convert().coef[1]
+        assert 2 * quadratic == pytest.approx(slope, rel=0.45)
+
+
+def test_information_is_symmetric_and_positive(observe, true_warp, unit_px):
+    warps = np.tile(true_warp(0.5, 0.0, 0.4), (3, 1, 1))
+    _, information = observe(unit_px=unit_px).linearise(warps)
+    np.testing.assert_allclose(information, np.swapaxes(information, 1, 2))
+    assert np.linalg.eigvalsh(information).min() > 0
+
+
+def test_known_size_is_a_gaussian_on_shape(observe, true_warp, unit_px):
+    truth = true_warp(0.5, 0.0, 0.4)
+    stretched = aff2.perturb(truth, np.array([0.03, 0, 0, 0, 0, 0]))[None]
+    free = observe().log_likelihood(stretched)
+    bound = observe(unit_px=unit_px, shape_std=0.01).log_likelihood(stretched)
+    np.testing.assert_allclose(free - bound, 0.5 * 9.0, atol=0.05)
+
+
+def test_hidden_pixels_neither_reward_nor_punish(observe, true_warp):
+    """Covering a third of a well matched patch changes its likelihood little."""
+    warp = true_warp(0.5, 0.0, 0.4)[None]
+    hidden = observe(occluder=(0.36, 0.6, -0.12, -0.045, 0.2))
+    fit = hidden.fit(warp)
+    assert 0.3 < fit.visible_fraction[0] < 0.9
+    assert fit.ncc[0] > 0.9
+    assert abs(hidden.log_likelihood(warp) - observe().log_likelihood(warp))[0] < 5.0
+
+
+def test_a_warp_outside_the_image_has_a_finite_likelihood(observe):
+    away = aff2.similarity(40.0, 0.0, [1e5, 1e5])[None]
+    fit = observe().fit(away)
+    assert fit.visible_fraction[0] == 0.0
+    assert fit.ncc[0] == 0.0
+    assert np.isfinite(observe().log_likelihood(away)).all()
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("initial_sigma", 0.0), ("independent_pixel_count", np.nan), ("sigma_memory", 1.0)],
+)
+def test_bad_settings_are_refused(field, value):
+    with pytest.raises(ValueError, match=field):
+        LikelihoodConfig(**{field: value})

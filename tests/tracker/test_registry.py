@@ -1,0 +1,35 @@
+from dataclasses import replace
+
+import pytest
+from tracker.registry import TRACKERS, get_tracker_config
+
+
+def test_unknown_names_list_the_valid_ones():
+    with pytest.raises(ValueError, match=r"igpf.*gpf.*pf.*'ukf'"):
+        get_tracker_config("ukf")
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_every_row_has_one_line_about_it(name):
+    description = get_tracker_config(name).description
+    assert description
+    assert "\n" not in description
+
+
+def test_filters_differ_only_in_what_the_methods_differ_in():
+    igpf = TRACKERS["igpf"]
+    for name in ("pf", "gpf"):
+        row = TRACKERS[name]
+        parts = {
+            "state_space": igpf.filter.state_space,
+            "proposal": igpf.filter.proposal,
+            "resampling": igpf.filter.resampling,
+        }
+        assert replace(row.filter, **parts) == igpf.filter
+        assert replace(row, filter=igpf.filter, description=igpf.description) == igpf
+
+
+def test_particle_count_can_be_replaced_and_is_checked():
+    assert TRACKERS["pf"].with_particle_count(30).filter.particle_count == 30
+    with pytest.raises(ValueError, match="particle_count"):
+        TRACKERS["pf"].with_particle_count(0)

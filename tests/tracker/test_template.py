@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+from scipy.interpolate import RectBivariateSpline
+from scenes import SIZE_M, box_picture
+from tracker import aff2
+from tracker.template import PatchSampler, Template
+
+
+def test_values_are_normalised_and_arrays_read_only(template):
+    assert abs(template.values.mean()) < 1e-5
+    assert template.values.std() == pytest.approx(1.0, abs=1e-5)
+    with pytest.raises(ValueError, match="read-only"):
+        template.values[0] = 0.0
+
+
+def test_template_unit_is_the_root_of_the_area(template):
+    w, h = template.size
+    assert w * h == pytest.approx(1.0)
+    assert w / h == pytest.approx(SIZE_M[0] / SIZE_M[1])
+    np.testing.assert_allclose(template.corners.mean(axis=1), [0, 0, 1], atol=1e-12)
+
+
+def test_jacobian_equals_finite_differences_of_a_smooth_picture():
+    """On float64 splines; `cv2.remap` quantises coordinates and would blur the comparison."""
+    v, u = np.mgrid[0:160, 0:400]
+    smooth = 128 + 60 * np.sin(u / 31.0) * np.cos(v / 23.0) + 30 * np.sin((u + 2 * v) / 53.0)
+    template = Template.of_picture(smooth.astype(np.uint8), (0.2, 0.08), grid=(32, 80))
+    rows, columns = template.shape
+    grid_u = template.points[0].reshape(rows, columns)[0]
+    grid_v = template.points[1].reshape(rows, columns)[:, 0]
+    spline = RectBivariateSpline(grid_v, grid_u, template.values.reshape(rows, columns))
+    inner = (slice(3, -3), slice(3, -3))
+    step = 1e-4
+    for axis in range(6):
+        moved = []
+        for sign in (1, -1):
+            e = np.zeros(6)
+            e[axis] = sign * step
+            q = aff2.exp(e) @ template.points
+            moved.append(spline.ev(q[1], q[0]).reshape(rows, columns)[inner])
+        expected = (moved[0] - moved[1]) / (2 * step)
+        actual = template.jacobian[:, axis].reshape(rows, columns)[inner]
+        assert np.abs(actual - expected).max() < 0.05 * np.abs(expected).max()
+
+
+def test_sampler_reads_a_linear_ramp_exactly(template):
+    column, row = np.meshgrid(np.arange(120.0), np.arange(90.0))
+    layers = np.stack([2 * column + row, np.ones_like(row)], axis=-1).astype(np.float32)
+    warps = np.stack([aff2.similarity(20.0, 0.3, [60, 40]), aff2.similarity(15.0, 2.0, [50, 50])])
+    grey, visibility = PatchSampler(template.points).sample(layers, warps)
+    q = warps @ template.points
+    np.testing.assert_allclose(grey, 2 * q[:, 0] + q[:, 1], atol=0.1)
+    np.testing.assert_allclose(visibility, 1.0)
+
+
+def test_sampler_marks_what_lies_outside_the_image(template):
+    layers = np.ones((50, 60, 2), np.float32)
+    far = aff2.similarity(10.0, 0.0, [1e9, 0.0])
+    _, visibility = PatchSampler(template.points).sample(layers, far[None])
+    assert visibility.max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("picture", "size", "message"),
+    [
+        (np.zeros((20, 20), np.uint8), (1, 1), "texture"),
+        (np.zeros((20, 20), np.float32), (1, 1), "uint8"),
+        (np.zeros((20, 20, 4), np.uint8), (1, 1), "picture"),
+        (box_picture(), (0.2, 0.0), "size"),
+        (box_picture(), (0.2, np.nan), "size"),
+    ],
+)
+def test_bad_pictures_are_refused(picture, size, message):
+    with pytest.raises(ValueError, match=message):
+        Template.of_picture(picture, size)
