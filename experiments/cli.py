@@ -220,12 +220,17 @@ def _parse(arguments: Sequence[str]) -> Trial | Sweep | Report | List | View | i
 
 
 def _in_one_line(complaint: str) -> str:
-    """The first paragraph of tyro's error box, and the flags that it suggests."""
-    lines = [line.strip("│ \n") for line in complaint.splitlines()[1:-1]]
-    rules = [number for number, line in enumerate(lines) if line.startswith("──")]
-    first, rest = lines[: rules[0]], lines[rules[0] :] if rules else (lines, [])
+    """The first paragraph of tyro's error box, and what it suggests.
+
+    The box is drawn with lines or, where the encoding has none, with hyphens.
+    """
+    _, *lines = (line.strip(" │") for line in complaint.splitlines())
+    is_rule = [set(line) <= set("─-╰╯") for line in lines]
+    start = is_rule.index(False)
+    end = is_rule.index(True, start)
+    first, rest = lines[start:end], lines[end:]
     hints = [line for line in rest if line.startswith("Available subcommands")]
-    flags = [match[0] for line in rest if (match := re.match(r"--[a-z-]+", line))]
+    flags = [match[0] for line in rest if (match := re.match(r"--[a-z][a-z-]*", line))]
     if flags and first[0].startswith("Unrecognized"):
         hints.append("did you mean " + " or ".join(dict.fromkeys(flags)) + "?")
     return "; ".join([" ".join(first), *hints])

@@ -1,9 +1,12 @@
 """Figures rebuilt from the rows of trials.csv and nothing else."""
 
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -53,7 +56,7 @@ def tracker_style(name: str) -> tuple[str, str, str]:
 
 
 @contextmanager
-def figure_style() -> Iterator[None]:
+def figure_style() -> Generator[None, None, None]:
     """The one style of all figures; text in a PDF stays text."""
     style: dict[Any, Any] = {
         "font.size": 9,

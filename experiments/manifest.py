@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from experiments.presets import Preset
 
@@ -81,10 +81,11 @@ def open_manifest(folder: Path, preset: Preset, worker_count: int) -> None:
     """
     path = folder / "manifest.json"
     manifest = read_manifest(folder)
+    sessions: list[Any] = [] if manifest is None else manifest.get("sessions", [])
     if manifest is None:
         if (folder / "trials.csv").exists():
             raise ValueError(f"{folder} holds a trials.csv without its manifest.json; {_OTHER}")
-        manifest = _identity(preset) | {"sessions": []}
+        manifest = _identity(preset)
     elif manifest.get("preset") != preset.name:
         raise ValueError(
             f"{folder} holds results of preset {manifest.get('preset')!r}, "
@@ -95,8 +96,7 @@ def open_manifest(folder: Path, preset: Preset, worker_count: int) -> None:
             f"{folder} holds results of another version of preset {preset.name!r}: "
             f"its cells or seeds have changed; {_OTHER}"
         )
-    manifest["sessions"] = [*manifest.get("sessions", []), _session(worker_count)]
-    _write_atomically(path, manifest)
+    _write_atomically(path, manifest | {"sessions": [*sessions, _session(worker_count)]})
 
 
 _OTHER = "choose another folder or remove this one"
@@ -115,12 +115,12 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     if not path.exists():
         return None
     try:
-        manifest = json.loads(path.read_text())
+        manifest: Any = json.loads(path.read_text())
     except ValueError as error:
         raise ValueError(f"{path} is not valid JSON: {error}") from error
     if not isinstance(manifest, dict):
         raise ValueError(f"{path} must hold a JSON object")
-    return manifest
+    return cast(dict[str, Any], manifest)
 
 
 def _identity(preset: Preset) -> dict[str, Any]:

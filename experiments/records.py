@@ -44,7 +44,7 @@ def csv_line(cells: Iterable[object]) -> str:
     return text.getvalue()
 
 
-def header_line(row_type: type[Row]) -> str:
+def header_line(row_type: type[TrialResult] | type[TrialTimings]) -> str:
     """The header: the names of the fields, in their order."""
     return csv_line(field.name for field in dataclasses.fields(row_type))
 
@@ -156,7 +156,11 @@ def _cell_parsers(row_type: type) -> tuple[Any, ...]:
 def _parser(hint: Any) -> Any:
     if _is_optional(hint):
         parse = _parser(next(arg for arg in typing.get_args(hint) if arg is not type(None)))
-        return lambda cell: None if cell == "" else parse(cell)
+
+        def parse_optional(cell: str) -> Any:
+            return None if cell == "" else parse(cell)
+
+        return parse_optional
     if hint is bool:
         return {"true": True, "false": False}.__getitem__
     if typing.get_origin(hint) is typing.Literal:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 from functools import cache
+from typing import Any
 
 PACKAGES = "libegl1 libgl1 libopengl0 libgl1-mesa-dri"
 """Debian and Ubuntu packages that offscreen rendering needs."""
@@ -21,8 +23,7 @@ def gl_renderer() -> str:
 
         context = mujoco.GLContext(16, 16)
         context.make_current()
-        from OpenGL import GL
-
+        GL: Any = importlib.import_module("OpenGL.GL")
         name = GL.glGetString(GL.GL_RENDERER)
         context.free()
     except Exception as error:

@@ -6,9 +6,10 @@ import contextlib
 import os
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
@@ -113,16 +114,17 @@ def _run_missing(preset: Preset, folder: ResultsFolder, workers: int, run_trial:
 
 
 @contextlib.contextmanager
-def _progress_bar(preset: Preset, folder: ResultsFolder) -> Iterator[tqdm]:
+def _progress_bar(preset: Preset, folder: ResultsFolder) -> Generator[tqdm[Any], None, None]:
     """A bar with the time left; in a log file a line now and then instead of a live one."""
-    with tqdm(
+    bar: tqdm[Any] = tqdm(
         total=len(preset.trials),
         initial=len(preset.trials) - len(folder.missing),
         desc=preset.name,
         unit="trial",
         file=sys.stderr,
         mininterval=0.5 if sys.stderr.isatty() else 15.0,
-    ) as bar:
+    )
+    with bar:
         yield bar
 
 

@@ -1,8 +1,13 @@
 """MuJoCo's interactive viewer on the scene of a trial."""
 
+# MuJoCo ships no types.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
-from mujoco import viewer
+from typing import Any
+
+import mujoco.viewer
 
 from experiments.config import TrialConfig
 from experiments.seeding import Stream, generator, random_state
@@ -17,11 +22,11 @@ def show(config: TrialConfig) -> None:
     task = TaskConfig(
         object=config.object, camera=config.camera, condition=config.condition, has_camera=False
     )
-    world = environment.load(task, random_state(config.seed, Stream.SCENE))
+    world: Any = environment.load(task, random_state(config.seed, Stream.SCENE))
     scenario = ScenarioRange().draw(
         ConstantSpeed(config.speed_mps), generator(config.seed, Stream.SCENE)
     )
     world.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))
     world.reset()
     physics = world.physics
-    viewer.launch(physics.model.ptr, physics.data.ptr)
+    mujoco.viewer.launch(physics.model.ptr, physics.data.ptr)

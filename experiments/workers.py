@@ -15,7 +15,7 @@ import sys
 import time
 import traceback
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -95,7 +95,7 @@ def attempt(
 
 def run_all(
     job: TrialJob, trials: Sequence[tuple[int, TrialConfig]], worker_count: int
-) -> Iterator[Attempt]:
+) -> Generator[Attempt, None, None]:
     """Yields the attempts as they end, in any order; closing the iterator stops the workers."""
     waiting = deque(_Task(index, config) for index, config in trials)
     idle: list[_Worker] = []
@@ -106,8 +106,9 @@ def run_all(
                 worker = idle.pop() if idle else _Worker(job)
                 busy[worker.connection] = worker
                 worker.give(waiting.popleft())
-            for connection in [ready for ready in wait(list(busy)) if ready in busy]:
-                worker = busy.pop(connection)
+            ready = wait(list(busy))
+            for worker in [worker for worker in busy.values() if worker.connection in ready]:
+                del busy[worker.connection]
                 done, task = worker.take(), worker.task
                 if done is not None:
                     idle.append(worker)
@@ -188,7 +189,7 @@ class _Worker:
 
 
 @contextlib.contextmanager
-def _quiet_start() -> Iterator[None]:
+def _quiet_start() -> Generator[None, None, None]:
     """A process started inside inherits single-thread settings and a blocked interrupt.
 
     Ctrl-C reaches every process of the terminal; only the parent is to answer it.

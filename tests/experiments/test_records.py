@@ -91,12 +91,12 @@ def test_an_invalid_cell_names_file_and_line(tmp_path, row, cell):
     path = tmp_path / "trials.csv"
     records.append_row(path, row)
     path.write_text(path.read_text().replace(",true,", f",{cell},").replace(",false,", f",{cell},"))
-    with pytest.raises(ValueError, match="trials.csv, line 2 is not a valid row"):
+    with pytest.raises(ValueError, match=r"trials\.csv, line 2 is not a valid row"):
         records.read_rows(path, TrialResult)
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(ValueError, match="trials.csv is missing or empty"):
+    with pytest.raises(ValueError, match=r"trials\.csv is missing or empty"):
         records.read_rows(tmp_path / "trials.csv", TrialResult)
 
 
