@@ -136,10 +136,12 @@ class NoisyOracle:
         predictor: Predictor,
         rate_hz: float,
         delay_s: float,
+        T_world_camera: np.ndarray,
         rng: np.random.Generator,
     ) -> None:
         self._read_truth = read_truth
         self._predictor = predictor
+        self._T_camera_world = np.linalg.inv(T_world_camera)
         self._interval_s, self._delay_s = 1.0 / rate_hz, delay_s
         self._rng = rng
         self._in_flight: deque[TargetPose] = deque()
@@ -167,8 +169,10 @@ class NoisyOracle:
     def _observe(self, truth: Truth) -> TargetPose:
         noise = self._rng.standard_normal(4)
         variances = [OBSERVED_STD_M**2] * 3 + [OBSERVED_STD_RAD**2]
+        position_m = truth.position_m + OBSERVED_STD_M * noise[:3]
         return TargetPose(
-            position_m=truth.position_m + OBSERVED_STD_M * noise[:3],
+            position_m=position_m,
+            position_camera_m=(self._T_camera_world @ [*position_m, 1.0])[:3],
             yaw_rad=truth.yaw_rad + OBSERVED_STD_RAD * noise[3],
             covariance=np.diag(variances),
             time_s=truth.time_s,

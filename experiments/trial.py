@@ -130,7 +130,12 @@ def make_perception(config: TrialConfig, cell: Cell) -> Perception:
     rng = generator(config.seed, Stream.TRACKER)
     if config.tracker == "oracle-noisy":
         return NoisyOracle(
-            cell.read_truth, predictor, config.camera_rate_hz, config.delay_s, rng
+            cell.read_truth,
+            predictor,
+            config.camera_rate_hz,
+            config.delay_s,
+            cell.task.view.T_world_camera,
+            rng,
         )
     settings = get_tracker_config(config.tracker).with_particle_count(config.particle_count)
     task = cell.task

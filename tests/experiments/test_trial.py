@@ -1,0 +1,116 @@
+"""Whole trials in this process: images alone suffice, rows repeat, truth stays outside."""
+
+import math
+
+import numpy as np
+import pytest
+
+from experiments import trial
+from experiments.config import TrialConfig
+from experiments.perception import NoisyOracle, Oracle, Seeing, Truth
+from tracker.prediction import make_predictor
+
+IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
+
+
+@pytest.fixture(scope="module")
+def igpf_row():
+    return trial.run_trial(IGPF)[0]
+
+
+def test_igpf_lifts_the_box_by_sight(igpf_row):
+    assert igpf_row.outcome == "success" and igpf_row.clean_success and igpf_row.criterion_met
+    assert igpf_row.track_rmse_m < 0.005
+    assert igpf_row.track_yaw_rmse_rad < math.radians(2.0)
+
+
+def test_same_trial_gives_the_same_row_whatever_ran_before(igpf_row):
+    trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=7))
+    assert trial.run_trial(IGPF)[0] == igpf_row
+
+
+def test_tracker_sees_observations_only(monkeypatch):
+    """With the simulator's truth out of reach, the row of a tracker stays the same."""
+    cell = trial._make_cell(trial._task_config(IGPF, needs_images=False))
+    loop = trial.Loop(IGPF, cell)
+    assert isinstance(loop.perception, Seeing)
+
+    def forbidden(*_: object) -> Truth:
+        raise AssertionError("perception read the truth")
+
+    monkeypatch.setattr(trial.Cell, "read_truth", forbidden)
+    for _ in range(30):
+        loop.perception.update(loop._timestep.observation)
+        loop.perception.predict(loop.time_s)
+        action = np.concatenate([cell.servo.q, np.zeros(6), [0.11]])
+        loop._timestep = cell.environment.step(action)
+    assert loop.perception.last is not None
+
+
+def test_oracle_lifts_the_box_and_renders_nothing():
+    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=1))
+    assert row.clean_success and row.gl_renderer == "none"
+
+
+def test_a_still_belt_ends_in_a_timeout_not_in_an_exception():
+    config = TrialConfig(tracker="oracle", speed_mps=0.0, seed=0)
+    row, _ = trial.run_trial(config)
+    assert row.outcome == "timeout" and not row.success
+
+
+@pytest.fixture
+def clock():
+    """A truth that moves at 0.3 m/s, and the time it is read at."""
+
+    class Clock:
+        time_s = 0.0
+
+        def read(self) -> Truth:
+            position = np.array([0.5, 0.3 * self.time_s, 0.08])
+            return Truth(self.time_s, position, 0.4, np.array([0.0, 0.3, 0.0]), 0.0)
+
+    return Clock()
+
+
+def test_oracle_tells_the_truth_of_now(clock):
+    oracle = Oracle(clock.read)
+    clock.time_s = 0.5
+    assert oracle.predict(0.5).position_m[1] == pytest.approx(0.15)
+
+
+def test_noisy_oracle_keeps_rate_delay_and_noise(clock):
+    rng = np.random.default_rng(0)
+    noisy = NoisyOracle(clock.read, make_predictor("latest"), 30.0, 0.1, np.eye(4), rng)
+    seen = []
+    for step in range(1200):
+        clock.time_s = step / 120.0
+        estimate = noisy.update({})
+        if estimate is not None:
+            seen.append((clock.time_s, estimate))
+    ages = [now - estimate.time_s for now, estimate in seen]
+    assert min(ages) >= 0.1 - 1e-9 and max(ages) < 0.1 + 1.1 / 120
+    assert len(seen) == pytest.approx(30 * 9.9, abs=2)
+    errors = np.array([e.position_m - [0.5, 0.3 * e.time_s, 0.08] for _, e in seen])
+    assert np.std(errors) == pytest.approx(0.002, rel=0.1)
+
+
+def test_config_hash_names_every_field_and_nothing_else():
+    assert TrialConfig().trial_id == TrialConfig().trial_id
+    changed = [{"seed": 1}, {"delay_s": 0.067}, {"tracker": "pf"}, {"particle_count": 151}]
+    ids = {TrialConfig(**change).trial_id for change in changed}
+    assert len(ids) == len(changed) and TrialConfig().trial_id not in ids
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("speed_mps", -0.1, "speed_mps must be a number from 0 to 3, got -0.1"),
+        ("speed_mps", math.nan, "speed_mps must be a number from 0 to 3, got nan"),
+        ("delay_s", 60.0, "delay_s must be a number from 0 to 1, got 60.0"),
+        ("particle_count", 0, "particle_count must be 1 or greater, got 0"),
+        ("seed", -1, "seed must be 0 or greater, got -1"),
+    ],
+)
+def test_impossible_numbers_are_refused(field, value, message):
+    with pytest.raises(ValueError, match=message):
+        TrialConfig(**{field: value})
