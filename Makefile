@@ -33,8 +33,9 @@ demo: setup ## Grasp at three belt speeds; leaves a CSV, a table, a plot and a v
 	@echo; echo "The demo left in $(DEMO):"
 	@find $(DEMO) -type f ! -name '.*' | sort | sed 's/^/  /'
 
+# LP_NUM_THREADS: software rendering would start a thread a core in each of the processes.
 test: setup-dev ## Run the tests that together take minutes
-	$(BIN)/pytest -n 2 $(PYTEST_ARGS)
+	LP_NUM_THREADS=0 $(BIN)/pytest -n auto --maxprocesses 8 --dist worksteal -p no:benchmark $(PYTEST_ARGS)
 
 test-slow: setup-dev ## Run only the tests marked slow
 	$(BIN)/pytest -m slow $(PYTEST_ARGS)
