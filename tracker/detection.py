@@ -19,6 +19,8 @@ from tracker.likelihood import LikelihoodConfig, TemplateObservation, stack_laye
 from tracker.template import PatchSampler, Template
 
 _COARSE_GRID = (8, 20)
+_COARSE_BLUR = 0.03
+"""Extra blur of the coarse level, template and image alike [template units]: a wider basin."""
 _FLAT_DEVIATION = 1.0
 
 
@@ -88,9 +90,13 @@ class TemplateDetector:
             raise ValueError(f"unit_px must be a positive number, got {unit_px!r}")
         self._config = config
         self._unit_px = unit_px
-        coarse = Template.of_picture(template.picture, template.size, _COARSE_GRID)
-        self._levels = [(coarse, PatchSampler(coarse.points), 1.5)]
-        self._levels.append((template, PatchSampler(template.points), 0.0))
+        blurred = _blurred(template)
+        coarse = Template.of_picture(blurred, template.size, _COARSE_GRID)
+        coarse_px = math.hypot(coarse.smoothing_px(unit_px), _COARSE_BLUR * unit_px)
+        self._levels = [
+            (level, PatchSampler(level.points), blur_px)
+            for level, blur_px in ((coarse, coarse_px), (template, template.smoothing_px(unit_px)))
+        ]
         self._likelihood = LikelihoodConfig(independent_pixel_count=100.0, shape_std=0.02)
         coarse_unit = unit_px / config.reduction
         side = math.hypot(*template.size) * coarse_unit
@@ -109,7 +115,7 @@ class TemplateDetector:
             return None
         warps = self._candidates(image, visibility)
         for template, sampler, blur_px in self._levels:
-            smooth = cv2.GaussianBlur(image, (0, 0), blur_px) if blur_px else image
+            smooth = cv2.GaussianBlur(image, (0, 0), blur_px)
             layers = stack_layers(smooth, visibility)
             observation = TemplateObservation(
                 template, layers, self._likelihood, 0.5, self._unit_px, sampler
@@ -185,6 +191,12 @@ class TemplateDetector:
         spectra = np.fft.rfft2(np.array(bank, np.float32), shape)
         mask_spectra = np.fft.rfft2(np.array(masks[:half], np.float32), shape)
         return spectra, mask_spectra, np.array(sums[:half])
+
+
+def _blurred(template: Template) -> np.ndarray:
+    """Reference picture blurred for the coarse level."""
+    unit = math.sqrt(template.picture.shape[0] * template.picture.shape[1])
+    return cv2.GaussianBlur(template.picture, (0, 0), _COARSE_BLUR * unit)
 
 
 def _rotated(

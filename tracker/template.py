@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+_PIXELS_PER_CELL = 5
+
 
 @dataclass(frozen=True, eq=False)
 class Template:
@@ -44,7 +46,7 @@ class Template:
         cls,
         picture: np.ndarray,
         size: tuple[float, float],
-        grid: tuple[int, int] = (16, 40),
+        grid: tuple[int, int] = (12, 30),
     ) -> Template:
         """Template of a whole `picture` (h, w) or RGB (h, w, 3), uint8.
 
@@ -62,22 +64,31 @@ class Template:
             raise ValueError(f"grid must have at least 4 rows and 4 columns, got {grid}")
         unit = math.sqrt(width * height)
         w, h = width / unit, height / unit
-        small = cv2.resize(grey, (columns, rows), interpolation=cv2.INTER_AREA)
-        values = small.astype(np.float64)
-        if values.std() < 1.0:
-            raise ValueError("picture must have texture: its grey values are all but equal")
-        values = (values - values.mean()) / values.std()
         u = ((np.arange(columns) + 0.5) / columns - 0.5) * w
         v = ((np.arange(rows) + 0.5) / rows - 0.5) * h
+        values, Tu, Tv = _smooth_samples(grey, grid)
+        deviation = values.std()
+        if deviation < 1.0:
+            raise ValueError("picture must have texture: its grey values are all but equal")
+        values = (values - values.mean()) / deviation
         uu, vv = np.meshgrid(u, v)
+        J = _jacobian(Tu * columns / (w * deviation), Tv * rows / (h * deviation), uu, vv)
         return cls(
             values=values.ravel().astype(np.float32),
             points=np.stack([uu.ravel(), vv.ravel(), np.ones(uu.size)]),
-            jacobian=_jacobian(values, u, v).astype(np.float32),
+            jacobian=J.astype(np.float32),
             shape=(rows, columns),
             size=(w, h),
             picture=grey,
         )
+
+    def smoothing_px(self, unit_px: float) -> float:
+        """Deviation of the Gaussian that blurs an image as much as a template cell averages.
+
+        `unit_px` is the length of the template unit in the image [px].
+        """
+        cell_px = unit_px * math.sqrt(1.0 / (self.shape[0] * self.shape[1]))
+        return cell_px / math.sqrt(12.0)
 
     @property
     def corners(self) -> np.ndarray:
@@ -118,13 +129,28 @@ class PatchSampler:
         return samples[..., 0], samples[..., 1]
 
 
-def _jacobian(values: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """(n, 6) columns `grad T . (E_i p)` of a normalised picture on the grid u x v.
+def _smooth_samples(
+    grey: np.ndarray, grid: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cell averages on the grid and their derivatives along columns and rows, per cell.
 
-    Projected onto what survives normalisation: no mean, no component along T itself.
+    Differentiated at several pixels a cell: differences between neighbouring cells would miss most
+    of the gradient of a fine texture.
     """
-    Tv, Tu = np.gradient(values, v, u)
-    uu, vv = np.meshgrid(u, v)
+    rows, columns = grid
+    fine = _PIXELS_PER_CELL
+    size = (columns * fine, rows * fine)
+    is_reduced = grey.shape[0] >= size[1] and grey.shape[1] >= size[0]
+    interpolation = cv2.INTER_AREA if is_reduced else cv2.INTER_LINEAR
+    picture = cv2.resize(grey, size, interpolation=interpolation).astype(np.float64)
+    smooth = cv2.blur(picture, (fine, fine), borderType=cv2.BORDER_REPLICATE)
+    Tv, Tu = np.gradient(smooth)
+    centre = (slice(fine // 2, None, fine), slice(fine // 2, None, fine))
+    return smooth[centre], fine * Tu[centre], fine * Tv[centre]
+
+
+def _jacobian(Tu: np.ndarray, Tv: np.ndarray, uu: np.ndarray, vv: np.ndarray) -> np.ndarray:
+    """(n, 6) columns `grad T . (E_i p)`. [IGPF2021] Eq (5), [Kwon2014]."""
     columns = [
         uu * Tu + vv * Tv,
         uu * Tu - vv * Tv,

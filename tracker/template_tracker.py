@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from tracker import aff2
@@ -62,6 +63,7 @@ class TemplateTracker:
         self._likelihood = likelihood
         self._status_config = status
         self._unit_px = unit_px
+        self._blur_px = template.smoothing_px(unit_px) if unit_px else 0.0
         self._sampler = PatchSampler(template.points)
         self._sigma = likelihood.initial_sigma
         self._time_s = -math.inf
@@ -104,7 +106,8 @@ class TemplateTracker:
 
     def observe(self, image: np.ndarray, visibility: np.ndarray | None) -> TemplateObservation:
         """The image bound to the template under the present noise estimate."""
-        layers = stack_layers(image, visibility)
+        smooth = cv2.GaussianBlur(image, (0, 0), self._blur_px) if self._blur_px else image
+        layers = stack_layers(smooth, visibility)
         return TemplateObservation(
             self._template, layers, self._likelihood, self._sigma, self._unit_px, self._sampler
         )

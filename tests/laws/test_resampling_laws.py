@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from tracker import aff2
 from tracker.resampling import (
     RESAMPLERS,
@@ -98,14 +99,10 @@ def test_a_single_heavy_particle_takes_all(name):
 def test_improved_gaussian_never_falls_below_the_parent():
     peak = Peak(np.eye(3))
     particles = cloud(peak)
-    result = RESAMPLERS["improved-gaussian"](
-        particles, context(peak), np.random.default_rng(6)
-    )
+    result = RESAMPLERS["improved-gaussian"](particles, context(peak), np.random.default_rng(6))
     parents = np.sort(particles.log_likelihoods)
     assert result.log_likelihoods.min() >= parents[0]
-    np.testing.assert_allclose(
-        result.log_likelihoods, peak.log_likelihood(result.warps), atol=1e-9
-    )
+    np.testing.assert_allclose(result.log_likelihoods, peak.log_likelihood(result.warps), atol=1e-9)
     plain = RESAMPLERS["multinomial"](particles, context(peak), np.random.default_rng(6))
     assert (result.log_likelihoods >= plain.log_likelihoods - 1e-12).all()
 
@@ -113,9 +110,7 @@ def test_improved_gaussian_never_falls_below_the_parent():
 def test_improved_gaussian_keeps_more_distinct_particles_than_copies():
     peak = Peak(np.eye(3), sharpness=200.0)
     particles = cloud(peak)
-    improved = RESAMPLERS["improved-gaussian"](
-        particles, context(peak), np.random.default_rng(7)
-    )
+    improved = RESAMPLERS["improved-gaussian"](particles, context(peak), np.random.default_rng(7))
     plain = RESAMPLERS["residual"](particles, context(peak), np.random.default_rng(7))
     assert len(np.unique(improved.warps[:, 0, 2])) > len(np.unique(plain.warps[:, 0, 2]))
 

@@ -10,10 +10,11 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import scenes  # noqa: E402
-from tracker import aff2  # noqa: E402
-from tracker.rectify import OverheadView  # noqa: E402
-from tracker.template import Template  # noqa: E402
+import scenes
+
+from tracker import aff2
+from tracker.rectify import OverheadView
+from tracker.template import Template
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -51,8 +52,6 @@ def true_warp(view, unit_px):
     """Warp of the box at (x, y, yaw) in the overhead image."""
 
     def warp(x, y, yaw):
-        return aff2.similarity(
-            unit_px, math.pi / 2 - yaw, view.pixel_of_world(np.array([x, y]))
-        )
+        return aff2.similarity(unit_px, math.pi / 2 - yaw, view.pixel_of_world(np.array([x, y])))
 
     return warp

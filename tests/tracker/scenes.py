@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -31,6 +32,7 @@ def look_at(position, target, up=(0.0, 0.0, 1.0)) -> np.ndarray:
     return T
 
 
+@functools.cache
 def box_picture(seed: int = 3) -> np.ndarray:
     """(160, 400) uint8 carton artwork, different under a half turn."""
     rng = np.random.default_rng(seed)
@@ -46,6 +48,7 @@ def box_picture(seed: int = 3) -> np.ndarray:
     return picture
 
 
+@functools.cache
 def belt_sheet(seed: int = 5) -> np.ndarray:
     """(500, 2600) uint8 belt texture at 1 mm per pixel, columns along y."""
     rng = np.random.default_rng(seed)

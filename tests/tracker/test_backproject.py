@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 from scenes import TOP_Z_M
+
 from tracker.backproject import BackprojectConfig, Backprojector
 from tracker.base import Status, WarpEstimate
 

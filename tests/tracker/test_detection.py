@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 from scenes import angle_error, belt_sheet
+
 from tracker import aff2
 from tracker.detection import DetectionConfig, TemplateDetector
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from tracker import aff2
 from tracker.filter import FilterConfig, ParticleFilter
 from tracker.resampling import Particles

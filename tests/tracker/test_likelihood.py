@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from tracker import aff2
 from tracker.likelihood import LikelihoodConfig, TemplateObservation, stack_layers
 
@@ -24,27 +25,30 @@ def test_gain_and_offset_do_not_matter(observe, true_warp):
     )
 
 
-def test_gradient_points_back_to_the_truth(observe, true_warp):
+def test_gauss_newton_finds_back_to_the_truth(observe, true_warp):
     truth = true_warp(0.5, 0.0, 0.4)
     offsets = 0.02 * np.random.default_rng(0).standard_normal((40, 6))
-    gradient, information = observe().linearise(aff2.perturb(truth, offsets))
-    step = np.linalg.solve(information + np.eye(6), gradient[..., None])[..., 0]
-    remaining = np.linalg.norm(offsets + step, axis=1) / np.linalg.norm(offsets, axis=1)
-    assert np.median(remaining) < 0.5
+    observation, warps = observe(), aff2.perturb(truth, offsets)
+    for _ in range(8):
+        gradient, information = observation.linearise(warps)
+        step = np.linalg.solve(information + np.eye(6), gradient[..., None])[..., 0]
+        warps = aff2.perturb(warps, step)
+    remaining = np.linalg.norm(aff2.difference(truth, warps), axis=1)
+    assert np.median(remaining / np.linalg.norm(offsets, axis=1)) < 0.2
 
 
 def test_gradient_is_the_derivative_of_the_likelihood(observe, true_warp):
-    """To the accuracy of the inverse-compositional approximation, away from sampling noise."""
+    """To the accuracy of the inverse-compositional approximation."""
     truth = true_warp(0.5, 0.0, 0.4)
     observation = observe(huber_threshold=100.0)
     for axis in range(2, 6):
         e = np.zeros((21, 6))
-        e[:, axis] = np.linspace(-0.05, 0.05, 21)
+        e[:, axis] = np.linspace(-0.025, 0.025, 21)
         values = observation.log_likelihood(aff2.perturb(truth, e))
         gradient, _ = observation.linearise(aff2.perturb(truth, e))
         quadratic = np.polynomial.Polynomial.fit(e[:, axis], values, 2).convert().coef[2]
         slope = np.polynomial.Polynomial.fit(e[:, axis], gradient[:, axis], 1).convert().coef[1]
-        assert 2 * quadratic == pytest.approx(slope, rel=0.45)
+        assert 2 * quadratic == pytest.approx(slope, rel=0.4)
 
 
 def test_information_is_symmetric_and_positive(observe, true_warp, unit_px):
@@ -54,18 +58,20 @@ def test_information_is_symmetric_and_positive(observe, true_warp, unit_px):
     assert np.linalg.eigvalsh(information).min() > 0
 
 
-def test_known_size_is_a_gaussian_on_shape(observe, true_warp, unit_px):
+def test_known_size_is_a_gaussian_on_shape(observe, scene, true_warp, unit_px):
     truth = true_warp(0.5, 0.0, 0.4)
     stretched = aff2.perturb(truth, np.array([0.03, 0, 0, 0, 0, 0]))[None]
-    free = observe().log_likelihood(stretched)
-    bound = observe(unit_px=unit_px, shape_std=0.01).log_likelihood(stretched)
-    np.testing.assert_allclose(free - bound, 0.5 * 9.0, atol=0.05)
+    likelihoods = []
+    for known in (None, unit_px):
+        scene.rng = np.random.default_rng(0)  # the same noise in both images
+        likelihoods.append(observe(unit_px=known, shape_std=0.01).log_likelihood(stretched)[0])
+    assert likelihoods[0] - likelihoods[1] == pytest.approx(0.5 * 9.0, abs=1e-6)
 
 
 def test_hidden_pixels_neither_reward_nor_punish(observe, true_warp):
     """Covering a third of a well matched patch changes its likelihood little."""
     warp = true_warp(0.5, 0.0, 0.4)[None]
-    hidden = observe(occluder=(0.36, 0.6, -0.12, -0.045, 0.2))
+    hidden = observe(occluder=(0.5, 0.72, -0.12, 0.0, 0.2))
     fit = hidden.fit(warp)
     assert 0.3 < fit.visible_fraction[0] < 0.9
     assert fit.ncc[0] > 0.9

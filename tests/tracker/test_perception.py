@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scenes import SIZE_M, TOP_Z_M, Scene, angle_error
+
 from tracker.base import Status
 from tracker.perception import TargetTracker
 from tracker.registry import get_tracker_config
@@ -55,11 +56,9 @@ def test_survives_dim_light(template, view, scene):
 
 def test_a_hand_over_half_the_box_does_not_pull_the_pose(template, view, scene):
     def hand(k, y):
-        return None if k < 5 else (0.4, 0.52, y - 0.07, y + 0.0, 0.2)
+        return None if k < 5 else (0.5, 0.72, y - 0.1, y + 0.01, 0.2)
 
-    seen, errors = drive(
-        build("igpf", template, view), scene, 0.25, 1.57, 16, occluder=hand
-    )
+    seen, errors = drive(build("igpf", template, view), scene, 0.25, 1.57, 16, occluder=hand)
     assert min(s.estimate.visible_fraction for s in seen[6:]) < 0.75
     assert np.abs(errors[:, :2]).max() < 5e-3
     assert np.degrees(np.abs(errors[:, 3])).max() < 2.0
@@ -159,7 +158,7 @@ def test_same_seed_same_poses_and_input_untouched(template, view, camera, name):
 
 def test_static_holds_the_first_sight(template, view, scene):
     seen, _ = drive(build("static", template, view), scene, 0.5, 0.4, 5)
-    assert seen[-1].pose.position_m[1] == pytest.approx(seen[1].pose.position_m[1])
+    assert seen[-1].pose.position_m[1] == pytest.approx(seen[1].pose.position_m[1], abs=1e-3)
 
 
 def test_drawings_lie_on_the_box_in_the_camera_image(template, view, scene):
@@ -174,6 +173,4 @@ def test_drawings_lie_on_the_box_in_the_camera_image(template, view, scene):
 @pytest.mark.parametrize("size", [(0.2,), (0.2, -0.08), (math.nan, 0.08)])
 def test_impossible_sizes_are_refused(template, view, size):
     with pytest.raises(ValueError, match="size_m"):
-        TargetTracker(
-            get_tracker_config("pf"), template, size, view, np.random.default_rng(0)
-        )
+        TargetTracker(get_tracker_config("pf"), template, size, view, np.random.default_rng(0))

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+
 from tracker.backproject import TargetPose
 from tracker.prediction import PREDICTORS, PredictorConfig, make_predictor
 

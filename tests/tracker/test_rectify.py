@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 from scenes import far_side_camera
+
 from tracker.rectify import OverheadView
 
 

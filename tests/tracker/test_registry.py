@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import pytest
+
 from tracker.registry import TRACKERS, get_tracker_config
 
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
-from scipy.interpolate import RectBivariateSpline
 from scenes import SIZE_M, box_picture
+from scipy.interpolate import RectBivariateSpline
+
 from tracker import aff2
 from tracker.template import PatchSampler, Template
 
