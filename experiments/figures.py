@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.config import TrialResult
-from experiments.tables import Table, TableRow, cell_keys, outcome_table, success_table
+from experiments.tables import Table, TableRow, cell_keys, outcome_table, show_key, success_table
 
 # Okabe-Ito colours: they stay apart for colour-blind readers and in grey print.
 TRACKER_STYLES: dict[str, tuple[str, str, str]] = {
@@ -124,7 +124,8 @@ def _panels(table: Table, keys: Sequence[str]) -> dict[str, list[TableRow]]:
 
 
 def _label(key: str, value: str | float) -> str:
-    return f"{value:g} s delay" if key == "delay_s" else str(value)
+    units = {"delay_s": "s delay", "speed_mps": "m/s"}
+    return f"{show_key(value)} {units[key]}" if key in units else str(value)
 
 
 def _draw_panel(axis: Axes, rows: Sequence[TableRow], trackers: Sequence[str]) -> None:
@@ -163,21 +164,23 @@ def draw_outcomes(results: Sequence[TrialResult]) -> Figure:
     """How the trials of each cell ended, as one stacked bar a cell."""
     table, keys = outcome_table(results), cell_keys(results)
     names = [key for key in keys if len({row[key] for row in table.rows}) > 1 or key == "tracker"]
-    labels = [
-        "  ".join(f"{row[key]:g} m/s" if key == "speed_mps" else str(row[key]) for key in names)
-        for row in table.rows
-    ]
+    labels = ["  ".join(_label(key, row[key]) for key in names) for row in table.rows]
     figure = Figure(figsize=(6.6, 1.1 + 0.24 * len(labels)), layout="constrained")
     axis: Axes = figure.subplots()
     left = [0.0] * len(labels)
     for outcome in (name for name in OUTCOME_COLOURS if name in table.rows[0]):
         share = [100 * row[outcome] / row["n"] for row in table.rows]
         axis.barh(
-            range(len(labels)), share, 0.74, left, color=OUTCOME_COLOURS[outcome], label=outcome
+            range(len(labels)),
+            share,
+            0.74,
+            left,
+            color=OUTCOME_COLOURS[outcome],
+            label=outcome.replace("_", " "),
         )
         left = [a + b for a, b in zip(left, share, strict=True)]
     axis.set_yticks(range(len(labels)), labels)
-    axis.invert_yaxis()
+    axis.set_ylim(len(labels) - 0.4, -0.6)
     axis.set_xlim(0, 100)
     axis.set_xlabel("trials [%]")
     axis.grid(axis="y", visible=False)

@@ -124,9 +124,9 @@ def success_table(results: Sequence[TrialResult]) -> Table:
         ),
         Column("clean %", lambda row: show_rate(row["clean_rate"])),
         Column("criterion %", lambda row: show_rate(row["criterion_rate"])),
-        Column("time to grasp [s]", lambda row: show_number(row["mean_time_to_grasp_s"])),
-        Column("track RMSE [mm]", lambda row: show_number(row["median_track_rmse_mm"])),
-        Column("yaw RMSE [deg]", lambda row: show_number(row["median_track_yaw_rmse_deg"])),
+        Column("grasp [s]", lambda row: show_number(row["mean_time_to_grasp_s"])),
+        Column("RMSE [mm]", lambda row: show_number(row["median_track_rmse_mm"])),
+        Column("yaw [deg]", lambda row: show_number(row["median_track_yaw_rmse_deg"])),
     )
     return Table(tuple(rows), columns)
 
@@ -161,13 +161,14 @@ def _reduce(
 
 
 def _key_columns(keys: Sequence[str]) -> list[Column]:
-    return [Column(_LABELS.get(key, key), lambda row, key=key: _show_key(row[key])) for key in keys]
+    return [Column(_LABELS.get(key, key), lambda row, key=key: show_key(row[key])) for key in keys]
 
 
 _LABELS = {"speed_mps": "speed [m/s]", "delay_s": "delay [s]"}
 
 
-def _show_key(value: str | float) -> str:
+def show_key(value: str | float) -> str:
+    """A value that names a cell: a name as it is, a number in as few digits as tell it apart."""
     return value if isinstance(value, str) else f"{value:.2f}" if value >= 0.1 else f"{value:.3g}"
 
 
