@@ -86,7 +86,7 @@ class Conveyor(composer.Entity):
     def after_step(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Composer's hook: the drawn belt moves as far as the surface has."""
         del random_state
-        speed_mps = physics.bind(self._belt).surfacevel[1]
+        speed_mps = physics.model.geom_surfacevel[physics.bind(self._belt).element_id, 1]
         self._travel_m += speed_mps * (physics.time() - self._shown_at_s)
         self._shown_at_s = float(physics.time())
         self._show_travel(physics)
@@ -94,7 +94,9 @@ class Conveyor(composer.Entity):
     def _show_travel(self, physics: Any) -> None:
         """Shifts the picture of the belt within one period of its pattern; no effect on physics."""
         shift_m = (self._travel_m + 0.5 * _PATTERN_PERIOD_M) % _PATTERN_PERIOD_M
-        band = physics.bind(self._band)
-        before_m = float(band.pos[1])
-        band.pos[1] = shift_m - 0.5 * _PATTERN_PERIOD_M
-        band.xpos[1] += band.pos[1] - before_m
+        offset_m = shift_m - 0.5 * _PATTERN_PERIOD_M
+        band = physics.bind(self._band).element_id
+        # Written past the binding, which would have the whole scene computed anew.
+        physics.model.geom_sameframe[band] = 0
+        physics.data.geom_xpos[band, 1] += offset_m - physics.model.geom_pos[band, 1]
+        physics.model.geom_pos[band, 1] = offset_m

@@ -162,11 +162,19 @@ class Robot(composer.Entity):
         """
         servos = physics.bind(self._arm_actuators)
         lead_s = servos.biasprm[:, 2] / servos.biasprm[:, 1]
-        servos.ctrl = np.asarray(q_rad) + lead_s * np.asarray(qd_radps)
+        self._set_control(physics, servos, np.asarray(q_rad) + lead_s * np.asarray(qd_radps))
 
     def command_width(self, physics: Any, width_m: float) -> None:
         """Sets the opening the gripper moves to; a set-point inside an object squeezes it."""
-        physics.bind(self._gripper_actuator).ctrl = 0.5 * np.clip(width_m, 0.0, STROKE_M)
+        servo = physics.bind(self._gripper_actuator)
+        self._set_control(physics, servo, 0.5 * np.clip(width_m, 0.0, STROKE_M))
+
+    @staticmethod
+    def _set_control(physics: Any, servos: Any, control: Any) -> None:
+        # A binding's `ctrl` would mark the state as changed, and whoever next reads a derived
+        # quantity would have the scene computed anew: slow, and the last bits would then depend
+        # on who looks.
+        physics.data.ctrl[servos.element_id] = control
 
     def q(self, physics: Any) -> np.ndarray:
         """(6,) joint angles [rad]."""

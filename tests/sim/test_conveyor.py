@@ -62,3 +62,23 @@ def test_constant_speed_is_a_profile():
 def test_constant_speed_refuses_nonsense(speed_mps):
     with pytest.raises(ValueError, match="speed_mps must be finite and >= 0"):
         ConstantSpeed(speed_mps)
+
+
+def test_drawn_belt_keeps_up_with_the_surface(scene):
+    conveyor, physics = scene.conveyor, scene.physics
+    band = conveyor.mjcf_model.find("geom", "band")
+    random_state = np.random.RandomState(0)
+    conveyor.initialize_episode(physics, random_state)
+    conveyor.set_speed(physics, 0.25)
+    travelled = 0.0
+    for _ in range(120):
+        physics.step(4)
+        conveyor.after_step(physics, random_state)
+        travelled += 0.25 * 4 * physics.timestep()
+        shift = physics.bind(band).xpos[1]
+        assert -0.05 <= shift < 0.05
+        assert (travelled - shift) / 0.1 == pytest.approx(
+            round((travelled - shift) / 0.1), abs=1e-6
+        )
+    conveyor.initialize_episode(physics, random_state)
+    assert physics.bind(band).xpos[1] == pytest.approx(0.0, abs=1e-12)

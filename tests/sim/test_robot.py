@@ -261,6 +261,13 @@ def test_empty_hand_closes_and_opens_in_time(scene):
     assert scene.robot.width_m(scene.physics) == pytest.approx(STROKE_M, abs=5e-4)
 
 
+def test_commands_do_not_force_a_recomputation(scene):
+    scene.robot.command_arm(scene.physics, HOME_Q_RAD, np.zeros(6))
+    scene.robot.command_width(scene.physics, 0.05)
+    scene.conveyor.set_speed(scene.physics, 0.1)
+    assert not scene.physics.is_dirty
+
+
 def test_opening_command_is_clipped_to_the_stroke(scene):
     for command, expected in ((1.0, 0.5 * STROKE_M), (-1.0, 0.0)):
         scene.robot.command_width(scene.physics, command)
