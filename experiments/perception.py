@@ -119,7 +119,9 @@ class Oracle:
         del observation
         self.pose_count += 1
         truth = self._read_truth()
-        return EstimateSample(truth.time_s, truth.position_m, truth.yaw_rad, Status.TRACKING, None, None)
+        return EstimateSample(
+            truth.time_s, truth.position_m, truth.yaw_rad, Status.TRACKING, None, None
+        )
 
     def predict(self, time_s: float) -> Truth:
         """The truth of now, whatever time is asked for."""
@@ -160,7 +162,9 @@ class NoisyOracle:
         pose = self._in_flight.popleft()
         self._predictor.update(pose)
         self.pose_count += 1
-        return EstimateSample(pose.time_s, pose.position_m, pose.yaw_rad, Status.TRACKING, None, None)
+        return EstimateSample(
+            pose.time_s, pose.position_m, pose.yaw_rad, Status.TRACKING, None, None
+        )
 
     def predict(self, time_s: float) -> TargetPrediction | None:
         """The predictor's answer."""

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-
 from experiments import metrics
 from experiments.config import TrialConfig, TrialResult, TrialTimings
 from experiments.manifest import provenance
@@ -19,8 +18,8 @@ from experiments.seeding import Stream, generator
 from experiments.teaching import reference_template
 from experiments.trace import ControlSample, EstimateSample, TrialTrace
 from experiments.video import VideoRecorder
-from sim.environment import Environment, load, make_servo
 from sim.conveyor import ConstantSpeed
+from sim.environment import Environment, load, make_servo
 from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, servo_error
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
@@ -65,9 +64,7 @@ def run_trial(
     return row, loop.timings()
 
 
-_CONFIG_COLUMNS = (
-    "tracker camera condition object predictor speed_mps delay_s seed".split()
-)
+_CONFIG_COLUMNS = "tracker camera condition object predictor speed_mps delay_s seed".split()
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,9 +194,7 @@ class Loop:
         q, qd = servo.step(self.command.T_world_tcp, self.command.twist)
         t2 = time.perf_counter()
         self._remember(now, estimate, target, hand)
-        self._timestep = self.cell.environment.step(
-            np.concatenate([q, qd, [self.command.width_m]])
-        )
+        self._timestep = self.cell.environment.step(np.concatenate([q, qd, [self.command.width_m]]))
         self._track_s += t1 - t0
         self._servo_s += t2 - t1
         self._world_s += time.perf_counter() - t2

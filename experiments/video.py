@@ -80,7 +80,12 @@ def _open_writer(path: Path, frame: np.ndarray) -> Generator[None, bytes, None]:
     path.parent.mkdir(parents=True, exist_ok=True)
     height, width = frame.shape[:2]
     writer = imageio_ffmpeg.write_frames(
-        str(path), (width, height), fps=FRAME_HZ, quality=6, macro_block_size=2, ffmpeg_log_level="error"
+        str(path),
+        (width, height),
+        fps=FRAME_HZ,
+        quality=6,
+        macro_block_size=2,
+        ffmpeg_log_level="error",
     )
     writer.send(None)
     return writer
@@ -93,9 +98,7 @@ def _draw_outline(image: np.ndarray, corners_px: np.ndarray, colour: tuple[int, 
         cv2.polylines(image, [points], True, colour, 2, cv2.LINE_AA, shift=4)
 
 
-def _draw_points(
-    image: np.ndarray, points_px: np.ndarray, colour: tuple[int, int, int]
-) -> None:
+def _draw_points(image: np.ndarray, points_px: np.ndarray, colour: tuple[int, int, int]) -> None:
     """One pixel a point (n, 2), in place; points outside are left out."""
     height, width = image.shape[:2]
     is_in = np.isfinite(points_px).all(axis=1)

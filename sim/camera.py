@@ -102,18 +102,6 @@ def add_camera(mjcf_root: Any, name: str, view: CameraView) -> Any:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class CameraImage:
-    """One exposure of a calibrated RGB-D camera."""
-
-    rgb: np.ndarray
-    """(h, w, 3) uint8."""
-    depth_m: np.ndarray
-    """(h, w) float32, distance along the optical axis, clipped to the far plane."""
-    time_s: float
-    """When the image was exposed."""
-
-
 class OffscreenRenderer:
     """Renders any camera of a compiled model without a display; one OpenGL context each.
 

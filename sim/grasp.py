@@ -129,7 +129,7 @@ class GraspCommand:
 
 
 def top_down_pose(position_m: np.ndarray, closing_yaw_rad: float) -> np.ndarray:
-    """(4, 4) pose of a hand that points down and closes along `closing_yaw_rad` in the belt plane."""
+    """(4, 4) pose of a hand that points down and closes along `closing_yaw_rad`."""
     c, s = math.cos(closing_yaw_rad), math.sin(closing_yaw_rad)
     T = np.eye(4)
     T[:3, 0] = c, s, 0.0

@@ -14,6 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from sim.objects import Prop
+from sim.robot import Robot
+
 LIFT_HEIGHT_M = 0.10
 HOLD_S = 1.0
 SETTLED_GRIP_S = 0.05
@@ -86,30 +89,19 @@ class PhysicalRecord:
 class Referee:
     """Watches one attempt, control step by control step."""
 
-    def __init__(
-        self,
-        physics: Any,
-        *,
-        object_body: Any,
-        object_size_m: Iterable[float],
-        tcp_site: Any,
-        object_geoms: Iterable[Any],
-        pads: Iterable[Any],
-        hand: Iterable[Any],
-        arm: Iterable[Any],
-    ) -> None:
-        """All but `physics` and the size are PyMJCF elements of the compiled model."""
+    def __init__(self, physics: Any, prop: Prop, robot: Robot) -> None:
+        """Both entities are parts of the compiled model."""
 
         def ids(elements: Iterable[Any]) -> set[int]:
             return {int(physics.bind(e).element_id) for e in elements}
 
-        self._body = object_body
-        self._half_m = 0.5 * np.asarray(tuple(object_size_m))
-        self._site = tcp_site
-        self._object = ids(object_geoms)
-        self._pads = [int(physics.bind(pad).element_id) for pad in pads]
-        self._hand = ids(hand) | set(self._pads)
-        self._robot = ids(arm) | self._hand
+        self._body = prop.body
+        self._half_m = 0.5 * np.asarray(prop.spec.size_m)
+        self._site = robot.tcp_site
+        self._object = ids(prop.geoms)
+        self._pads = ids(robot.pad_geoms)
+        self._hand = ids(robot.hand_geoms)
+        self._robot = ids(robot.arm_geoms) | self._hand
         self._p_settled: np.ndarray | None = None
         self._high_since_s: float | None = None
         self.record = PhysicalRecord()
@@ -162,7 +154,7 @@ class Referee:
             offset = T_tcp[:2, :2].T @ (T_tcp[:2, 3] - T_object[:2, 3])
             record.grip_error_m = offset
             record.grip_yaw_error_rad = _yaw_error(T_object, T_tcp)
-        if record.gripped_s is None and all(pad in touching for pad in self._pads):
+        if record.gripped_s is None and self._pads <= touching:
             record.gripped_s = time_s
 
     def _watch_lift(self, time_s: float, T_object: np.ndarray, touching: set[int]) -> None:

@@ -1,4 +1,4 @@
-"""What differs from attempt to attempt in the world: where the object lies and how the belt runs."""
+"""What differs from attempt to attempt: where the object lies and how the belt runs."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class TaskConfig:
     camera: str = "far-side"
     condition: str = "normal"
     profile: SpeedProfile = field(default_factory=lambda: ConstantSpeed(0.25))
-    scenarios: ScenarioRange = ScenarioRange()
+    scenarios: ScenarioRange = field(default_factory=ScenarioRange)
     camera_rate_hz: float = 30.0
     """Must divide the physics rate of 480 Hz."""
     delay_s: float = 0.066
@@ -157,16 +157,7 @@ class ConveyorGrasp(composer.Task):
         self.place_object(physics, x_m=x_m, y_m=s.start_y_m, yaw_rad=s.yaw_rad)
         self.prop.set_velocity(physics, (0.0, s.profile(0.0), 0.0), np.zeros(3))
         self._conveyor.set_speed(physics, self.scenario.profile(0.0))
-        self.referee = Referee(
-            physics,
-            object_body=self.prop.body,
-            object_size_m=self.prop.spec.size_m,
-            tcp_site=self.robot.tcp_site,
-            object_geoms=self.prop.geoms,
-            pads=self.robot.pad_geoms,
-            hand=self.robot.hand_geoms,
-            arm=self.robot.arm_geoms,
-        )
+        self.referee = Referee(physics, self.prop, self.robot)
 
     def before_step(
         self, physics: Any, action: np.ndarray, random_state: np.random.RandomState
@@ -221,8 +212,8 @@ class ConveyorGrasp(composer.Task):
 
     def is_in_view(self, physics: Any) -> bool:
         """Whether every corner of the object projects into the sensor's image."""
-        T_camera_object = (
-            np.linalg.inv(self.view.T_world_camera) @ self.referee.object_pose(physics)
+        T_camera_object = np.linalg.inv(self.view.T_world_camera) @ self.referee.object_pose(
+            physics
         )
         corners = 0.5 * np.asarray(self.prop.spec.size_m) * _CUBE_CORNERS
         p_camera = corners @ T_camera_object[:3, :3].T + T_camera_object[:3, 3]

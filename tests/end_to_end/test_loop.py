@@ -52,7 +52,10 @@ def test_killed_sweep_resumes_to_the_same_bytes(smoke, tmp_path):
     folder = tmp_path / "killed"
     command = [*BELTGRASP, "sweep", "smoke", "--out", str(folder), "--workers", "1"]
     process = subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        command,
+        cwd=ROOT,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
     deadline = time.monotonic() + 300

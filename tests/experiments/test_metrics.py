@@ -109,7 +109,8 @@ def test_criterion_is_about_belief_not_about_the_grasp():
 
 def test_losses_are_counted_once_each():
     T, L = Status.TRACKING, Status.LOST
-    seen = [EstimateSample(0.1 * i, None, None, s, None, None) for i, s in enumerate([T, L, L, T, L])]
+    statuses = [T, L, L, T, L]
+    seen = [EstimateSample(0.1 * i, None, None, s, None, None) for i, s in enumerate(statuses)]
     measured = score(TrialConfig(), trace(FULL, 2.0, seen), PhysicalRecord(), 0.0)
     assert measured["lost_count"] == 2
 

@@ -134,7 +134,7 @@ def test_servo_error_is_zero_at_the_grasp_and_counts_both_parts():
     assert servo_error(motion, exact, depth) == pytest.approx(0.0, abs=1e-12)
     turned = top_down_pose(grasp_position, 0.3 + math.pi / 2 + 0.2)
     assert servo_error(motion, turned, depth) == pytest.approx(0.02)
-    shifted = top_down_pose(grasp_position + [0.03, 0.0, 0.04], 0.3 - math.pi / 2)
+    shifted = top_down_pose(grasp_position + np.array([0.03, 0.0, 0.04]), 0.3 - math.pi / 2)
     assert servo_error(motion, shifted, depth) == pytest.approx(0.05)
 
 

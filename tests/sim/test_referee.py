@@ -12,16 +12,7 @@ DT = 1.0 / 120.0
 
 @pytest.fixture
 def referee(scene) -> Referee:
-    return Referee(
-        scene.physics,
-        object_body=scene.box.body,
-        object_size_m=scene.box.spec.size_m,
-        tcp_site=scene.robot.tcp_site,
-        object_geoms=scene.box.geoms,
-        pads=scene.robot.pad_geoms,
-        hand=scene.robot.hand_geoms,
-        arm=scene.robot.arm_geoms,
-    )
+    return Referee(scene.physics, scene.box, scene.robot)
 
 
 def box_in_hand(scene, *, offset_m: float = 0.0) -> None:

@@ -73,7 +73,7 @@ def test_feed_forward_sign_matters(servo):
     position = np.array([0.5, -0.55, 0.2])
     for _ in range(120):
         servo.step(top_down_pose(position, 0.0), twist)
-        position = position + [0.0, 0.3 * DT, 0.0]
+        position = position + np.array([0.0, 0.3 * DT, 0.0])
     assert np.linalg.norm(position - servo.T_world_tcp[:3, 3]) > 0.01
 
 
