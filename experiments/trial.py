@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import atexit
 import functools
 import time
+import weakref
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,7 +56,7 @@ def run_trial(
     row = TrialResult(
         trial_id=config.trial_id,
         preset=preset,
-        gl_renderer=cell.task.gl_backend,
+        gl_renderer=cell.task.gl_renderer,
         **shared,
         **measured,
         **provenance(),
@@ -111,11 +111,11 @@ def _task_config(config: TrialConfig, needs_images: bool) -> TaskConfig:
     )
 
 
-@functools.lru_cache(maxsize=1)
+@functools.lru_cache(maxsize=4)
 def _make_cell(config: TaskConfig) -> Cell:
-    """Compiling takes longer than a trial's first second: a sweep reuses the last cell."""
+    """Compiling takes longer than a trial's first second: a sweep reuses its last cells."""
     cell = Cell(load(config), make_servo())
-    atexit.register(cell.task.close)
+    weakref.finalize(cell, cell.task.close)
     return cell
 
 

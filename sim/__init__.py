@@ -7,6 +7,8 @@ from pathlib import Path
 
 # MuJoCo chooses its OpenGL back end at the first import of mujoco or dm_control.
 os.environ.setdefault("MUJOCO_GL", "egl")
+if os.environ["MUJOCO_GL"] in ("egl", "osmesa"):
+    os.environ.setdefault("PYOPENGL_PLATFORM", os.environ["MUJOCO_GL"])
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 """Folder of MJCF models and meshes; the same place in a checkout and in an installed wheel."""

@@ -15,6 +15,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from OpenGL import GL
 
 
 @dataclass(frozen=True)
@@ -111,6 +112,8 @@ class OffscreenRenderer:
     def __init__(self, model: mujoco.MjModel, width_px: int, height_px: int) -> None:
         self._gl = _gl_context(width_px, height_px)
         self._gl.make_current()
+        self.gl_renderer: str = GL.glGetString(GL.GL_RENDERER).decode()
+        """Name of what renders, such as `llvmpipe (LLVM 15.0.6, 256 bits)`."""
         model.vis.global_.offwidth = max(width_px, int(model.vis.global_.offwidth))
         model.vis.global_.offheight = max(height_px, int(model.vis.global_.offheight))
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
@@ -129,11 +132,6 @@ class OffscreenRenderer:
         self._rgb = np.empty((height_px, width_px, 3), np.uint8)
         self._depth = np.empty((height_px, width_px), np.float32)
         self._rect = mujoco.MjrRect(0, 0, width_px, height_px)
-
-    @property
-    def backend(self) -> str:
-        """Name of the OpenGL platform in use, such as `egl`."""
-        return type(self._gl).__module__.rsplit(".", 1)[-1]
 
     def render(
         self, model: mujoco.MjModel, data: mujoco.MjData, camera_name: str, *, shadows: bool = False

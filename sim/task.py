@@ -223,9 +223,9 @@ class ConveyorGrasp(composer.Task):
         return bool(np.all(uv >= 0.0) and np.all(uv <= last))
 
     @property
-    def gl_backend(self) -> str:
-        """Name of the OpenGL platform, or `none`."""
-        return self._renderer.backend if self._renderer else "none"
+    def gl_renderer(self) -> str:
+        """Name of what renders, or `none`."""
+        return self._renderer.gl_renderer if self._renderer else "none"
 
     def close(self) -> None:
         """Frees the renderer."""
