@@ -58,7 +58,7 @@ def test_killed_sweep_resumes_to_the_same_bytes(smoke, tmp_path):
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
-    deadline = time.monotonic() + 300
+    deadline = time.monotonic() + 1200
     while time.monotonic() < deadline and process.poll() is None:
         if (folder / "trials.csv").exists() and len(rows(folder)) >= 1:
             break
