@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-MAX_TRIAL_S = 30.0
-"""No attempt lasts longer than this in simulated time."""
+PHYSICS_HZ = 480
+"""Physics steps per simulated second; the same as in `sim.task`, which takes a second to import."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,11 @@ class TrialConfig:
         _require_number("delay_s", self.delay_s, 0.0, 1.0)
         _require_number("gripper_delay_s", self.gripper_delay_s, 0.0, 1.0)
         _require_number("camera_rate_hz", self.camera_rate_hz, 1.0, 120.0)
+        if not (PHYSICS_HZ / self.camera_rate_hz).is_integer():
+            raise ValueError(
+                f"camera_rate_hz must divide {PHYSICS_HZ} (as 10, 12, 15, 20, 24, 30, 40, 60 and "
+                f"120 do), got {self.camera_rate_hz!r}"
+            )
         _require_number("error_threshold", self.error_threshold, 1e-6, 1.0)
         if self.seed < 0:
             raise ValueError(f"seed must be 0 or greater, got {self.seed}")

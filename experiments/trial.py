@@ -165,6 +165,8 @@ class Loop:
             GraspConfig(), 1.0 / CONTROL_HZ, config.gripper_delay_s, cell.servo.T_world_tcp
         )
         self.command: GraspCommand | None = None
+        self.image: np.ndarray | None = None
+        """(h, w, 3) uint8, the image that perception has seen last; None without a camera."""
         self.has_entered_view, self.entered_view_s = False, 0.0
         self._trial_id = config.trial_id
 
@@ -183,6 +185,7 @@ class Loop:
     def step(self) -> None:
         """Sees, decides, moves, and lets the world go on by one control step."""
         now, seen, servo = self.time_s, self._timestep.observation, self.cell.servo
+        self.image = seen.get("camera/rgb")
         t0 = time.perf_counter()
         estimate = self.perception.update(seen)
         target = self.perception.predict(now)
@@ -198,11 +201,6 @@ class Loop:
         self._track_s += t1 - t0
         self._servo_s += t2 - t1
         self._world_s += time.perf_counter() - t2
-
-    @property
-    def image(self) -> np.ndarray:
-        """(h, w, 3) uint8, the newest image that has arrived."""
-        return self._timestep.observation["camera/rgb"]
 
     @property
     def seen(self) -> TargetObservation | None:

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from experiments import trial
+from experiments import config, trial
 from experiments.config import TrialConfig
 from experiments.perception import NoisyOracle, Oracle, Seeing, Truth
+from sim import task
 from tracker.prediction import make_predictor
 
 IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
@@ -53,8 +54,7 @@ def test_oracle_lifts_the_box_and_renders_nothing():
 
 
 def test_a_still_belt_ends_in_a_timeout_not_in_an_exception():
-    config = TrialConfig(tracker="oracle", speed_mps=0.0, seed=0)
-    row, _ = trial.run_trial(config)
+    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
     assert row.outcome == "timeout" and not row.success
 
 
@@ -94,6 +94,10 @@ def test_noisy_oracle_keeps_rate_delay_and_noise(clock):
     assert np.std(errors) == pytest.approx(0.002, rel=0.1)
 
 
+def test_configuration_and_simulator_agree_on_the_physics_rate():
+    assert config.PHYSICS_HZ == task.PHYSICS_HZ
+
+
 def test_config_hash_names_every_field_and_nothing_else():
     assert TrialConfig().trial_id == TrialConfig().trial_id
     changed = [{"seed": 1}, {"delay_s": 0.067}, {"tracker": "pf"}, {"particle_count": 151}]
@@ -107,6 +111,7 @@ def test_config_hash_names_every_field_and_nothing_else():
         ("speed_mps", -0.1, "speed_mps must be a number from 0 to 3, got -0.1"),
         ("speed_mps", math.nan, "speed_mps must be a number from 0 to 3, got nan"),
         ("delay_s", 60.0, "delay_s must be a number from 0 to 1, got 60.0"),
+        ("camera_rate_hz", 50.0, "camera_rate_hz must divide 480 .* got 50.0"),
         ("particle_count", 0, "particle_count must be 1 or greater, got 0"),
         ("seed", -1, "seed must be 0 or greater, got -1"),
     ],
