@@ -32,7 +32,7 @@ class Cell(composer.Arena):
         self._lights = tuple(self._mjcf_root.find("light", name) for name in ("key", "fill"))
 
     @property
-    def lights(self) -> tuple[Any, Any]:
+    def lights(self) -> tuple[Any, ...]:
         """The light elements `key`, which can cast shadows, and `fill`, which does not."""
         return self._lights
 

@@ -69,7 +69,7 @@ class Conveyor(composer.Entity):
         return self._belt
 
     @property
-    def rail_geoms(self) -> tuple[Any, Any]:
+    def rail_geoms(self) -> tuple[Any, ...]:
         """Near (robot side) and far rail."""
         return self._rails
 

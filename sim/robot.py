@@ -134,7 +134,7 @@ class Robot(composer.Entity):
         return self._mjcf_root.find("site", "flange")
 
     @property
-    def pad_geoms(self) -> tuple[Any, Any]:
+    def pad_geoms(self) -> tuple[Any, ...]:
         """Right and left pad."""
         return tuple(self._gripper.find("geom", name) for name in ("right_pad", "left_pad"))
 
