@@ -80,7 +80,6 @@ Outcome = Literal[
     "slipped",
     "dropped",
     "collision",
-    "joint_limit",
     "infeasible_ik",
     "timeout",
     "error",

@@ -41,7 +41,6 @@ OUTCOME_COLOURS = {
     "slipped": "#EC7014",
     "dropped": "#CC4C02",
     "collision": "#CB181D",
-    "joint_limit": "#9E9AC8",
     "infeasible_ik": "#6A51A3",
     "timeout": "#969696",
     "error": "#252525",

@@ -187,7 +187,7 @@ class Loop:
         now, seen, servo = self.time_s, self._timestep.observation, self.cell.servo
         self.image = seen.get("camera/rgb")
         t0 = time.perf_counter()
-        estimate = self.perception.update(seen)
+        estimate = None if self.grasp.has_gripped else self.perception.update(seen)
         target = self.perception.predict(now)
         t1 = time.perf_counter()
         hand = servo.T_world_tcp
@@ -204,8 +204,10 @@ class Loop:
 
     @property
     def seen(self) -> TargetObservation | None:
-        """What a tracker made of it; None for the control arms."""
-        return self.perception.last if isinstance(self.perception, Seeing) else None
+        """What a tracker made of it; None for the control arms, and once the hand has gripped."""
+        if self.grasp.has_gripped or not isinstance(self.perception, Seeing):
+            return None
+        return self.perception.last
 
     def render_studio(self) -> np.ndarray:
         """(h, w, 3) uint8 view of the whole cell."""

@@ -197,6 +197,11 @@ class Grasp:
     _hold_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     _lift_goal: float = 0.0
 
+    @property
+    def has_gripped(self) -> bool:
+        """From the first resistance of the fingers on: what the camera shows follows the hand."""
+        return self._gripped is not None or self.phase in (Phase.LIFT, Phase.HOLD)
+
     def step(
         self,
         time_s: float,

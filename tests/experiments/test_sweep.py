@@ -80,7 +80,8 @@ def test_a_sweep_has_one_row_for_each_trial_in_order(finished):
 def test_two_workers_leave_the_bytes_of_one_even_out_of_order(
     tmp_path, toy, unbroken, monkeypatch, capfd
 ):
-    monkeypatch.setenv("TOY_SLOW_SEEDS", "1")
+    monkeypatch.setenv("TOY_SLOW_ONCE", str(tmp_path / "slow_once"))
+    monkeypatch.setenv("TOY_SLOW_S", "0.5")
     monkeypatch.setenv("TOY_KILL_ONCE", str(tmp_path / "killed_once"))
     done = run_sweep(PRESET, tmp_path / "two", 2, toy)
     assert (tmp_path / "two" / "trials.csv").read_bytes() == unbroken
@@ -113,10 +114,10 @@ def test_trials_that_ended_before_their_turn_survive_a_kill(
     tmp_path, toy, toy_environment, unbroken
 ):
     folder = tmp_path / "killed"
-    settings = {"TOY_SLOW_SEEDS": "0", "TOY_SLEEP_S": "0.01"}
+    settings = {"TOY_SLOW_ONCE": str(tmp_path / "slow_once"), "TOY_SLOW_S": "600"}
     process = start(folder, 2, toy_environment, **settings)
     pending = folder / "pending.jsonl"
-    while not pending.exists() and process.poll() is None:
+    while not records.whole_lines(pending) and process.poll() is None:
         time.sleep(0.005)
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()

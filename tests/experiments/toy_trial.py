@@ -57,21 +57,28 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
     return TrialResult(**(values | changes))  # pyright: ignore[reportArgumentType]
 
 
+def _is_first(variable: str) -> bool:
+    """True for the first trial of all processes that gets here; the variable names a marker."""
+    path = os.environ.get(variable)
+    try:
+        return path is not None and Path(path).touch(exist_ok=False) is None
+    except FileExistsError:
+        return False
+
+
 def run_trial(
     config: TrialConfig, video_path: Path | None = None, *, preset: str = "trial"
 ) -> tuple[TrialResult, TrialTimings]:
-    """A short trial; slow, crashing or killed for the seeds that the environment names."""
+    """A short trial; slow, crashing or killed where the environment says so."""
     del video_path
     time.sleep(float(os.environ.get("TOY_SLEEP_S", "0")))
-    if str(config.seed) in os.environ.get("TOY_SLOW_SEEDS", "").split(","):
-        time.sleep(0.5)
+    if _is_first("TOY_SLOW_ONCE"):
+        time.sleep(float(os.environ["TOY_SLOW_S"]))
     if str(config.seed) in os.environ.get("TOY_CRASH_SEEDS", "").split(","):
         raise ZeroDivisionError("the toy broke,\non purpose")
     if str(config.seed) in os.environ.get("TOY_DEADLY_SEEDS", "").split(","):
         os.kill(os.getpid(), signal.SIGKILL)
-    once = os.environ.get("TOY_KILL_ONCE")
-    if once and config.seed == 1 and not Path(once).exists():
-        Path(once).touch()
+    if config.seed == 1 and _is_first("TOY_KILL_ONCE"):
         os.kill(os.getpid(), signal.SIGKILL)
     row = make_row(config, preset)
     timings = TrialTimings(
