@@ -12,7 +12,7 @@ PYTEST_ARGS ?=
 # One BLAS thread a process: the matrices are small, and there is a process a core already.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup setup-dev setup-lint demo test test-slow check format bench report clean
+.PHONY: help setup setup-dev setup-lint demo test test-slow check format bench report results clean
 
 help: ## List the verbs
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
@@ -33,7 +33,7 @@ demo: setup ## Grasp at three belt speeds; leaves a CSV, a table, a plot and a v
 	@echo; echo "The demo left in $(DEMO):"
 	@find $(DEMO) -type f ! -name '.*' | sort | sed 's/^/  /'
 
-# LP_NUM_THREADS: software rendering would start a thread a core in each of the processes.
+# LP_NUM_THREADS=0: software rendering starts no threads of its own; one core a process.
 test: setup-dev ## Run the tests that together take minutes
 	LP_NUM_THREADS=0 $(BIN)/pytest -n auto --maxprocesses 8 --dist worksteal -p no:benchmark $(PYTEST_ARGS)
 
@@ -50,10 +50,15 @@ format: setup-lint ## Reformat the code and sort its imports
 	$(BIN)/ruff format
 
 bench: setup-dev ## Measure a trial, a camera image, a tracker step and an IK solve
-	$(BIN)/pytest benchmarks --benchmark-only $(PYTEST_ARGS)
+	LP_NUM_THREADS=0 $(BIN)/pytest benchmarks --benchmark-only -s $(PYTEST_ARGS)
 
 report: setup ## Rebuild the tables and plots of a results folder: make report DIR=out/demo
 	$(BIN)/beltgrasp report $(DIR)
+
+results: setup ## Repeat the sweep of the README and put its table there (about 20 min on 2 cores)
+	$(BIN)/beltgrasp sweep loop --out results/loop --workers $(WORKERS)
+	$(BIN)/beltgrasp report results/loop
+	$(BIN)/python scripts/insert_tables.py
 
 clean: ## Remove caches and generated results; keep the environment
 	rm -rf out dist build .pytest_cache .ruff_cache .hypothesis .benchmarks

@@ -1,7 +1,7 @@
 """What the arm is told about the target: a tracker's view of the images, or a control arm's.
 
 The control arms bound what any tracker can do. `oracle` and `oracle-noisy` read the simulator's
-truth; this module and `experiments/trial.py` are the only places where truth and perception meet.
+truth; here alone truth can become what the arm is told.
 """
 
 from __future__ import annotations
@@ -14,12 +14,17 @@ from typing import Protocol
 
 import numpy as np
 
+from experiments.cell import Cell, Truth
+from experiments.config import TrialConfig
+from experiments.seeding import Stream, generator
 from experiments.trace import EstimateSample
 from sim.grasp import TargetMotion
 from tracker.backproject import TargetPose
 from tracker.base import Status
 from tracker.perception import TargetObservation, TargetTracker
-from tracker.prediction import Predictor, TargetPrediction
+from tracker.prediction import Predictor, TargetPrediction, make_predictor
+from tracker.rectify import OverheadView
+from tracker.registry import get_tracker_config
 
 OBSERVED_STD_M = 0.002
 OBSERVED_STD_RAD = math.radians(1.0)
@@ -40,19 +45,6 @@ CONTROL_ARMS: dict[str, ControlArm] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Truth:
-    """The target as the simulator knows it."""
-
-    time_s: float
-    position_m: np.ndarray
-    """(3,) centre of the top face in the world."""
-    yaw_rad: float
-    velocity_mps: np.ndarray
-    """(3,) in the world."""
-    yaw_rate_radps: float
-
-
 class Perception(Protocol):
     """What the control loop asks, once a control step."""
 
@@ -66,6 +58,34 @@ class Perception(Protocol):
     def predict(self, time_s: float) -> TargetMotion | None:
         """The target at `time_s`, None while it is not known."""
         ...
+
+
+def make_perception(config: TrialConfig, cell: Cell) -> Perception:
+    """The tracker or control arm that `config` names."""
+    if config.tracker == "oracle":
+        return Oracle(cell.read_truth)
+    predictor = make_predictor(config.predictor)
+    rng = generator(config.seed, Stream.TRACKER)
+    if config.tracker == "oracle-noisy":
+        return NoisyOracle(
+            cell.read_truth,
+            predictor,
+            config.camera_rate_hz,
+            config.delay_s,
+            cell.task.view.T_world_camera,
+            rng,
+        )
+    settings = get_tracker_config(config.tracker).with_particle_count(config.particle_count)
+    task = cell.task
+    length_m, width_m, height_m = task.prop.spec.size_m
+    view = OverheadView(
+        K=task.K,
+        T_world_camera=task.view.T_world_camera,
+        image_shape_px=(task.condition.height_px, task.condition.width_px),
+        plane_z_m=height_m,
+    )
+    tracker = TargetTracker(settings, cell.template, (length_m, width_m), view, rng)
+    return Seeing(tracker, predictor)
 
 
 class Seeing:

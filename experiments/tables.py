@@ -105,7 +105,7 @@ def success_table(results: Sequence[TrialResult]) -> Table:
     """Success rates with Wilson 95 % intervals, and how fast and how exact the arm was.
 
     A trial that crashed counts as a failure. Time to grasp is the mean over successes; tracking
-    errors are medians over the trials that have them.
+    and grip errors are medians over the trials that have them.
     """
     keys = cell_keys(results)
     rows = [
@@ -127,6 +127,7 @@ def success_table(results: Sequence[TrialResult]) -> Table:
         Column("grasp [s]", lambda row: show_number(row["mean_time_to_grasp_s"])),
         Column("RMSE [mm]", lambda row: show_number(row["median_track_rmse_mm"])),
         Column("yaw [deg]", lambda row: show_number(row["median_track_yaw_rmse_deg"])),
+        Column("grip [mm]", lambda row: show_number(row["median_close_error_mm"])),
     )
     return Table(tuple(rows), columns)
 
@@ -149,6 +150,7 @@ def _measures(members: Sequence[TrialResult]) -> TableRow:
         "median_track_yaw_rmse_deg": _reduce(
             np.median, (row.track_yaw_rmse_rad for row in members), math.degrees(1.0)
         ),
+        "median_close_error_mm": _reduce(np.median, (row.close_error_m for row in members), 1e3),
     }
 
 

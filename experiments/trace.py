@@ -45,8 +45,8 @@ class EstimateSample:
 class TrialTrace:
     """Everything recorded during one trial, in order of time."""
 
-    control: list[ControlSample] = field(default_factory=list)
-    estimates: list[EstimateSample] = field(default_factory=list)
+    control: list[ControlSample] = field(default_factory=list[ControlSample])
+    estimates: list[EstimateSample] = field(default_factory=list[EstimateSample])
 
     def first_entry_s(self, phase: Phase) -> float | None:
         """When `phase` first began, None if it never did."""

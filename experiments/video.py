@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import imageio_ffmpeg
@@ -15,7 +15,7 @@ from sim.task import CONTROL_HZ
 from tracker.base import Status
 
 if TYPE_CHECKING:
-    from experiments.trial import Loop
+    from experiments.loop import Loop
 
 FRAME_HZ = 30
 _EVERY = CONTROL_HZ // FRAME_HZ
@@ -35,7 +35,7 @@ class VideoRecorder:
     def __init__(self, path: Path | None, config: TrialConfig) -> None:
         self._path = path
         self._title = f"{config.tracker}  {config.speed_mps:g} m/s  seed {config.seed}"
-        self._writer: Generator[None, bytes, None] | None = None
+        self._writer: Generator[None, Any, None] | None = None
         self._steps = 0
 
     def __enter__(self) -> VideoRecorder:
@@ -50,36 +50,39 @@ class VideoRecorder:
         self._steps += 1
         if self._path is None or self._steps % _EVERY:
             return
-        frame = np.hstack([self._camera_view(loop), self._cell_view(loop)])
+        frame = np.hstack([camera_view(loop, self._title), cell_view(loop)])
         if self._writer is None:
             self._writer = _open_writer(self._path, frame)
         self._writer.send(np.ascontiguousarray(frame))
 
-    def _camera_view(self, loop: Loop) -> np.ndarray:
-        """The newest image that has arrived, with the estimate that belongs to it."""
-        image = np.array(loop.image)
-        seen = loop.seen
-        if seen is not None and len(seen.corners_px):
-            _draw_points(image, seen.particles_px, _PARTICLE)
-            _draw_outline(image, seen.corners_px, _COLOURS[seen.status])
-        status = "" if seen is None else f"  {seen.status}"
-        _caption(image, self._title, f"{loop.time_s:5.2f} s  {loop.grasp.phase}{status}")
-        return image
 
-    def _cell_view(self, loop: Loop) -> np.ndarray:
-        image = np.array(loop.render_studio())
-        held_s = loop.record.held_s
-        if loop.record.is_success:
-            _caption(image, "success: lifted and held")
-        elif held_s > 0.0:
-            _caption(image, f"held {held_s:.1f} s")
-        return image
+def camera_view(loop: Loop, title: str) -> np.ndarray:
+    """(h, w, 3) uint8, the newest image that has arrived, with the estimate that belongs to it."""
+    image = np.array(loop.image)
+    seen = loop.seen
+    if seen is not None and len(seen.corners_px):
+        _draw_points(image, seen.particles_px, _PARTICLE)
+        _draw_outline(image, seen.corners_px, _COLOURS[seen.status])
+    status = "" if seen is None else f"  {seen.status}"
+    _caption(image, title, f"{loop.time_s:5.2f} s  {loop.grasp.phase}{status}")
+    return image
 
 
-def _open_writer(path: Path, frame: np.ndarray) -> Generator[None, bytes, None]:
+def cell_view(loop: Loop) -> np.ndarray:
+    """(h, w, 3) uint8 view of the whole cell."""
+    image = np.array(loop.render_studio())
+    held_s = loop.record.held_s
+    if loop.record.is_success:
+        _caption(image, "success: lifted and held")
+    elif held_s > 0.0:
+        _caption(image, f"held {held_s:.1f} s")
+    return image
+
+
+def _open_writer(path: Path, frame: np.ndarray) -> Generator[None, Any, None]:
     path.parent.mkdir(parents=True, exist_ok=True)
     height, width = frame.shape[:2]
-    writer = imageio_ffmpeg.write_frames(
+    writer: Any = imageio_ffmpeg.write_frames(
         str(path),
         (width, height),
         fps=FRAME_HZ,

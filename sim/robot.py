@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from dm_control import composer, mjcf
+from numpy.typing import ArrayLike
 
 from sim import ASSETS
 
@@ -188,14 +189,15 @@ class Robot(composer.Entity):
         """Opening between the pads."""
         return float(np.sum(physics.bind(self._finger_joints).qpos))
 
-    def set_configuration(self, physics: Any, q_rad: np.ndarray, width_m: float) -> None:
+    def set_configuration(self, physics: Any, q_rad: ArrayLike, width_m: float) -> None:
         """Puts arm and fingers in place, at rest, with their servos holding them there.
 
         Call inside `physics.reset_context()`, which brings all that depends on them up to date.
         """
         arm = physics.bind(self._arm_joints)
-        arm.qpos, arm.qvel = q_rad, 0.0
-        self.command_arm(physics, q_rad, np.zeros(6))
+        q = np.asarray(q_rad, float)
+        arm.qpos, arm.qvel = q, 0.0
+        self.command_arm(physics, q, np.zeros(6))
         fingers = physics.bind(self._finger_joints)
         fingers.qpos, fingers.qvel = 0.5 * width_m, 0.0
         self.command_width(physics, width_m)

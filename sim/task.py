@@ -48,7 +48,9 @@ class TaskConfig:
     """Without a camera nothing is rendered; for control arms that see no image."""
 
     def __post_init__(self) -> None:
-        get_object(self.object), get_view(self.camera), get_condition(self.condition)
+        get_object(self.object)
+        get_view(self.camera)
+        get_condition(self.condition)
         steps = PHYSICS_HZ / self.camera_rate_hz
         if not (math.isfinite(steps) and steps >= 1.0 and abs(steps - round(steps)) < 1e-9):
             rates = [str(r) for r in (10, 12, 15, 20, 24, 30, 40, 48, 60, 80, 96, 120)]

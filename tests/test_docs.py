@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import re
 import shlex
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -130,6 +132,14 @@ def broken_links(text: str, folder: Path) -> list[str]:
     targets = [target or source for target, source in LINK.findall(text)]
     local = [t for t in targets if not re.match(r"[a-z]+:|#", t)]
     return [t for t in local if not (folder / t.split("#")[0]).exists()]
+
+
+def test_tables_in_documents_are_those_of_the_results() -> None:
+    script = ROOT / "scripts" / "insert_tables.py"
+    run = subprocess.run(
+        [sys.executable, script, "--check"], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
 
 
 def test_no_key_is_listed_twice() -> None:

@@ -68,6 +68,15 @@ class Detection:
     """Visible share of the template."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Level:
+    """One step of the refinement."""
+
+    template: Template
+    sampler: PatchSampler
+    blur_px: float
+
+
 class TemplateDetector:
     """Finds a template of known size anywhere in images of one shape, at any rotation."""
 
@@ -93,10 +102,10 @@ class TemplateDetector:
         blurred = _blurred(template)
         coarse = Template.of_picture(blurred, template.size, _COARSE_GRID)
         coarse_px = math.hypot(coarse.smoothing_px(unit_px), _COARSE_BLUR * unit_px)
-        self._levels = [
-            (level, PatchSampler(level.points), blur_px)
-            for level, blur_px in ((coarse, coarse_px), (template, template.smoothing_px(unit_px)))
-        ]
+        self._levels = (
+            _Level(coarse, PatchSampler(coarse.points), coarse_px),
+            _Level(template, PatchSampler(template.points), template.smoothing_px(unit_px)),
+        )
         self._likelihood = LikelihoodConfig(independent_pixel_count=100.0, shape_std=0.02)
         coarse_unit = unit_px / config.reduction
         side = math.hypot(*template.size) * coarse_unit
@@ -114,14 +123,19 @@ class TemplateDetector:
         if visible.mean() < 0.01 or float(image[visible].std()) < _FLAT_DEVIATION:
             return None
         warps = self._candidates(image, visibility)
-        for template, sampler, blur_px in self._levels:
-            smooth = cv2.GaussianBlur(image, (0, 0), blur_px)
-            layers = stack_layers(smooth, visibility)
-            observation = TemplateObservation(
-                template, layers, self._likelihood, 0.5, self._unit_px, sampler
-            )
+        coarse, fine = (self._observe(level, image, visibility) for level in self._levels)
+        for observation in (coarse, fine):
             warps = _gauss_newton(observation, warps, self._config.iterations)
-        return self._choose(warps, observation)
+        return self._choose(warps, fine)
+
+    def _observe(
+        self, level: _Level, image: np.ndarray, visibility: np.ndarray
+    ) -> TemplateObservation:
+        smooth = cv2.GaussianBlur(image, (0, 0), level.blur_px)
+        layers = stack_layers(smooth, visibility)
+        return TemplateObservation(
+            level.template, layers, self._likelihood, 0.5, self._unit_px, level.sampler
+        )
 
     def _choose(self, warps: np.ndarray, observation: TemplateObservation) -> Detection | None:
         config = self._config
@@ -141,7 +155,7 @@ class TemplateDetector:
         config = self._config
         scores = self._correlate(image, visibility)
         reach = max(1, self._radius // 4)
-        warps = []
+        warps: list[np.ndarray] = []
         for _ in range(config.candidate_count):
             turn, row, column = np.unravel_index(int(np.argmax(scores)), scores.shape)
             offset = 0.5 * (config.reduction - 1)
@@ -180,7 +194,9 @@ class TemplateDetector:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Conjugate spectra of rotated templates (rotations) and masks (half a turn), mask sums."""
         side = 2 * self._radius + 1
-        bank, masks, sums = [], [], []
+        bank: list[np.ndarray] = []
+        masks: list[np.ndarray] = []
+        sums: list[float] = []
         for angle in self._angles:
             values, mask = _rotated(template, coarse_unit, angle, side)
             bank.append(values[::-1, ::-1])

@@ -16,7 +16,7 @@ from tracker import aff2
 from tracker.likelihood import Observation
 from tracker.proposal import GaussianProposal, PriorProposal, Proposal
 from tracker.resampling import RESAMPLERS, Particles, ResamplingContext
-from tracker.state_space import STATE_SPACES, mean
+from tracker.state_space import STATE_SPACES, moments
 
 
 @dataclass(frozen=True)
@@ -195,10 +195,7 @@ class ParticleFilter:
         return Particles(warps, self.particles.warps, log_weights, log_likelihoods), log_evidence
 
     def _estimate(self, particles: Particles, log_evidence: float) -> FilterEstimate:
-        weights = particles.weights
-        warp = mean(self._space, particles.warps, weights)
-        e = aff2.difference(warp, particles.warps)
-        covariance = np.einsum("n,ni,nj->ij", weights, e, e)
+        warp, covariance = moments(self._space, particles.warps, particles.weights)
         return FilterEstimate(warp, covariance, particles.ess, log_evidence)
 
     def _resampled(self, particles: Particles, observation: Observation) -> Particles:

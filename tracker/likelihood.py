@@ -97,7 +97,10 @@ class TemplateObservation:
         self._layers = layers
         self._config = config
         self._sigma = sigma
-        self._unit_px = unit_px if config.shape_std is not None else None
+        self._known_shape: tuple[float, float] | None = None
+        """Log of the unit [px] and variance of the shape, where the size is known."""
+        if unit_px is not None and config.shape_std is not None:
+            self._known_shape = float(np.log(unit_px)), config.shape_std**2
         self._sampler = sampler or PatchSampler(template.points)
         self._products = _pair_products(template.jacobian)
 
@@ -163,24 +166,19 @@ class TemplateObservation:
         limit = self._config.huber_threshold * self._sigma
         return np.clip(residual, -limit, limit)
 
-    def _shape_error(self, warps: np.ndarray) -> np.ndarray:
-        """(n, 3) log scale, aspect and shear relative to the known size."""
-        error = aff2.polar(warps)[:, [0, 1, 3]]
-        error[:, 0] -= np.log(self._unit_px)
-        return error
-
     def _shape_log_likelihood(self, warps: np.ndarray) -> np.ndarray | float:
-        if self._unit_px is None:
+        if self._known_shape is None:
             return 0.0
-        return -0.5 * (self._shape_error(warps) ** 2).sum(axis=1) / self._config.shape_std**2
+        log_unit, variance = self._known_shape
+        return -0.5 * (_shape_error(warps, log_unit) ** 2).sum(axis=1) / variance
 
     def _add_shape(
         self, warps: np.ndarray, g: np.ndarray, H: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        if self._unit_px is not None:
-            axes = [0, 1, 3]
-            g[:, axes] -= self._shape_error(warps) / self._config.shape_std**2
-            H[:, axes, axes] += 1.0 / self._config.shape_std**2
+        if self._known_shape is not None:
+            log_unit, variance = self._known_shape
+            g[:, _SHAPE_AXES] -= _shape_error(warps, log_unit) / variance
+            H[:, _SHAPE_AXES, _SHAPE_AXES] += 1.0 / variance
         return g, H
 
 
@@ -190,6 +188,16 @@ def stack_layers(image: np.ndarray, visibility: np.ndarray | None) -> np.ndarray
     layers[..., 0] = image
     layers[..., 1] = 1.0 if visibility is None else visibility
     return layers
+
+
+_SHAPE_AXES = [0, 1, 3]
+
+
+def _shape_error(warps: np.ndarray, log_unit: float) -> np.ndarray:
+    """(n, 3) log scale, aspect and shear relative to the known size."""
+    error = aff2.polar(warps)[:, _SHAPE_AXES]
+    error[:, 0] -= log_unit
+    return error
 
 
 _ROWS, _COLUMNS = np.triu_indices(6)

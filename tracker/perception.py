@@ -150,19 +150,19 @@ class TargetTracker:
             particles_px=self._view.camera_of_pixel(centres),
         )
 
-    def _rectify(self, rgb: np.ndarray, depth_m: np.ndarray | None) -> OverheadImage:
+    def _rectify(self, rgb: object, depth_m: object) -> OverheadImage:
         """Overhead image; all hidden and black where the camera gave nothing usable."""
         shape = self._view.image_shape_px
-        is_image = (
+        if not (
             isinstance(rgb, np.ndarray)
             and rgb.dtype == np.uint8
             and rgb.shape in (shape, (*shape, 3))
-        )
-        if not is_image:
+        ):
             black = np.zeros(self._view.shape_px, np.uint8)
             return OverheadImage(black, black, np.full(black.shape, np.nan, np.float32))
-        is_depth = isinstance(depth_m, np.ndarray) and depth_m.shape == shape
-        return self._view.rectify(rgb, depth_m if is_depth else None)
+        if not (isinstance(depth_m, np.ndarray) and depth_m.shape == shape):
+            return self._view.rectify(rgb, None)
+        return self._view.rectify(rgb, depth_m)
 
     def _has_left(self, warp: np.ndarray) -> bool:
         rows, columns = self._view.shape_px

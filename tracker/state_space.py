@@ -76,9 +76,21 @@ class AffineVector:
 STATE_SPACES: dict[str, StateSpace] = {"group": AffineGroup(), "vector": AffineVector()}
 
 
-def mean(space: StateSpace, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """(3, 3) weighted mean, started at the heaviest warp and iterated on the tangent space."""
+def moments(
+    space: StateSpace, warps: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Weighted mean (3, 3), and covariance (6, 6) in the tangent space of Aff(2) at it.
+
+    The mean starts at the heaviest warp and is iterated on the tangent space. Warps without a
+    logarithm there (some that are half a turn away) count as if they were at the mean.
+    """
     Xbar = warps[int(np.argmax(weights))]
     for _ in range(3):
-        Xbar = space.perturb(Xbar, weights @ space.difference(Xbar, warps))
-    return Xbar
+        Xbar = space.perturb(Xbar, weights @ _finite(space.difference(Xbar, warps)))
+    e = _finite(aff2.difference(Xbar, warps))
+    return Xbar, np.einsum("n,ni,nj->ij", weights, e, e)
+
+
+def _finite(e: np.ndarray) -> np.ndarray:
+    """Tangent vectors (n, 6), zero where one is not finite."""
+    return np.where(np.isfinite(e).all(axis=1, keepdims=True), e, 0.0)

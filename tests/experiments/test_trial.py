@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from experiments import config, trial
+from experiments.cell import Cell, Truth, make_cell
 from experiments.config import TrialConfig
-from experiments.perception import NoisyOracle, Oracle, Seeing, Truth
+from experiments.loop import Loop
+from experiments.perception import NoisyOracle, Oracle, Seeing
 from sim import task
 from tracker.prediction import make_predictor
 
@@ -32,14 +34,14 @@ def test_same_trial_gives_the_same_row_whatever_ran_before(igpf_row):
 
 def test_tracker_sees_observations_only(monkeypatch):
     """With the simulator's truth out of reach, the row of a tracker stays the same."""
-    cell = trial._make_cell(trial._task_config(IGPF, needs_images=False))
-    loop = trial.Loop(IGPF, cell)
+    cell = make_cell(IGPF, has_camera=True)
+    loop = Loop(IGPF, cell)
     assert isinstance(loop.perception, Seeing)
 
     def forbidden(*_: object) -> Truth:
         raise AssertionError("perception read the truth")
 
-    monkeypatch.setattr(trial.Cell, "read_truth", forbidden)
+    monkeypatch.setattr(Cell, "read_truth", forbidden)
     for _ in range(30):
         loop.perception.update(loop._timestep.observation)
         loop.perception.predict(loop.time_s)

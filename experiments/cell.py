@@ -1,0 +1,86 @@
+"""The compiled world of a trial, kept from trial to trial, and the truth about its object."""
+
+from __future__ import annotations
+
+import functools
+import weakref
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from experiments.config import TrialConfig
+from experiments.teaching import reference_template
+from sim.environment import load, make_servo
+from sim.servo import Servo
+from sim.task import ConveyorGrasp, TaskConfig
+from tracker.template import Template
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """The target as the simulator knows it."""
+
+    time_s: float
+    position_m: np.ndarray
+    """(3,) centre of the top face in the world."""
+    yaw_rad: float
+    velocity_mps: np.ndarray
+    """(3,) in the world."""
+    yaw_rate_radps: float
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """A compiled world and a servo for its arm; kept from trial to trial of the same cell."""
+
+    environment: Any
+    """A `sim.environment.Environment`; dm_control comes without types."""
+    servo: Servo
+
+    @property
+    def task(self) -> ConveyorGrasp:
+        """The task with its ground truth."""
+        return self.environment.task
+
+    @functools.cached_property
+    def template(self) -> Template:
+        """The object's reference picture; taking it disturbs the world, so before a reset."""
+        return reference_template(self.task, self.environment.physics)
+
+    def read_truth(self) -> Truth:
+        """The target as the simulator knows it: for scoring and for the oracle arms alone."""
+        physics = self.environment.physics
+        T = self.task.referee.object_pose(physics)
+        linear, angular = self.task.prop.get_velocity(physics)
+        top = T[:3, 3] + 0.5 * self.task.prop.spec.size_m[2] * T[:3, 2]
+        return Truth(
+            time_s=float(physics.data.time),
+            position_m=top,
+            yaw_rad=float(np.arctan2(T[1, 0], T[0, 0])),
+            velocity_mps=np.array(linear),
+            yaw_rate_radps=float(angular[2]),
+        )
+
+
+def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
+    """The world that `config` asks for."""
+    return _compiled(
+        TaskConfig(
+            object=config.object,
+            camera=config.camera,
+            condition=config.condition,
+            camera_rate_hz=config.camera_rate_hz,
+            delay_s=config.delay_s,
+            gripper_delay_s=config.gripper_delay_s,
+            has_camera=has_camera,
+        )
+    )
+
+
+@functools.lru_cache(maxsize=4)
+def _compiled(config: TaskConfig) -> Cell:
+    """Compiling takes longer than a trial's first second: a sweep reuses its last cells."""
+    cell = Cell(load(config), make_servo())
+    weakref.finalize(cell, cell.task.close)
+    return cell

@@ -1,0 +1,134 @@
+"""The closed loop: image -> warp -> pose -> prediction -> grasp -> servo -> world."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from experiments.cell import Cell
+from experiments.config import TrialConfig, TrialTimings
+from experiments.perception import Seeing, make_perception
+from experiments.seeding import Stream, generator
+from experiments.trace import ControlSample, EstimateSample, TrialTrace
+from sim.conveyor import ConstantSpeed
+from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, servo_error
+from sim.referee import PhysicalRecord
+from sim.scenario import ScenarioRange
+from sim.task import CONTROL_HZ, Episode
+from tracker.perception import TargetObservation
+
+HOLD_PATIENCE_S = 1.5
+"""A hand that has held still this long without success holds nothing."""
+
+
+class Loop:
+    """The closed loop of one trial, control step by control step."""
+
+    def __init__(self, config: TrialConfig, cell: Cell) -> None:
+        self.cell, self.trace = cell, TrialTrace()
+        self._started = time.perf_counter()
+        scenario = ScenarioRange().draw(
+            ConstantSpeed(config.speed_mps), generator(config.seed, Stream.SCENE)
+        )
+        self.perception = make_perception(config, cell)  # photographs before the world begins
+        cell.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))
+        self._timestep = cell.environment.reset()
+        cell.servo.reset(cell.task.robot.q(cell.environment.physics))
+        self.grasp = Grasp(
+            GraspConfig(), 1.0 / CONTROL_HZ, config.gripper_delay_s, cell.servo.T_world_tcp
+        )
+        self.command: GraspCommand | None = None
+        self.image: np.ndarray | None = None
+        """(h, w, 3) uint8, the image that perception has seen last; None without a camera."""
+        self.spent_s = {"track": 0.0, "servo": 0.0, "world": 0.0}
+        """Wall-clock time so far; rendering is part of the world."""
+        self.has_entered_view, self.entered_view_s = False, 0.0
+        self._trial_id = config.trial_id
+
+    @property
+    def is_running(self) -> bool:
+        """Until the environment ends the episode, or the hand has held still in vain."""
+        held_s = self.grasp.entered_s.get(Phase.HOLD)
+        is_idle = held_s is not None and self.time_s > held_s + HOLD_PATIENCE_S
+        return not (self._timestep.last() or is_idle)
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time."""
+        return float(self.cell.environment.physics.data.time)
+
+    def step(self) -> None:
+        """Sees, decides, moves, and lets the world go on by one control step."""
+        now, seen, servo = self.time_s, self._timestep.observation, self.cell.servo
+        self.image = seen.get("camera/rgb")
+        t0 = time.perf_counter()
+        estimate = None if self.grasp.has_gripped else self.perception.update(seen)
+        target = self.perception.predict(now)
+        t1 = time.perf_counter()
+        hand = servo.T_world_tcp
+        self.command = self.grasp.step(
+            now, target, self.perception.pose_count, hand, float(seen["robot/width_m"])
+        )
+        q, qd = servo.step(self.command.T_world_tcp, self.command.twist)
+        t2 = time.perf_counter()
+        self._remember(now, estimate, target, hand)
+        self._timestep = self.cell.environment.step(np.concatenate([q, qd, [self.command.width_m]]))
+        self.spent_s["track"] += t1 - t0
+        self.spent_s["servo"] += t2 - t1
+        self.spent_s["world"] += time.perf_counter() - t2
+
+    @property
+    def seen(self) -> TargetObservation | None:
+        """What a tracker made of it; None for the control arms, and once the hand has gripped."""
+        if self.grasp.has_gripped or not isinstance(self.perception, Seeing):
+            return None
+        return self.perception.last
+
+    def render_studio(self) -> np.ndarray:
+        """(h, w, 3) uint8 view of the whole cell."""
+        return self.cell.task.render(self.cell.environment.physics, "studio")[0]
+
+    @property
+    def record(self) -> PhysicalRecord:
+        """What physics says about the attempt."""
+        return self.cell.task.referee.record
+
+    def timings(self) -> TrialTimings:
+        """Wall-clock costs so far."""
+        steps, images = len(self.trace.control), len(self.trace.estimates)
+        return TrialTimings(
+            trial_id=self._trial_id,
+            wall_s=time.perf_counter() - self._started,
+            simulated_s=self.time_s,
+            track_ms_per_image=1e3 * self.spent_s["track"] / images if images else None,
+            servo_ms_per_step=1e3 * self.spent_s["servo"] / steps,
+            world_ms_per_step=1e3 * self.spent_s["world"] / steps,
+        )
+
+    def _remember(
+        self,
+        now: float,
+        estimate: EstimateSample | None,
+        target: TargetMotion | None,
+        hand: np.ndarray,
+    ) -> None:
+        truth = self.cell.read_truth()
+        if not self.has_entered_view and self.cell.task.is_in_view(self.cell.environment.physics):
+            self.has_entered_view, self.entered_view_s = True, now
+        error = None
+        if target is not None:
+            error = servo_error(target, hand, self.grasp.config.depth_m)
+        self.trace.control.append(
+            ControlSample(
+                time_s=now,
+                phase=self.grasp.phase,
+                true_position_m=truth.position_m,
+                true_yaw_rad=truth.yaw_rad,
+                tcp_position_m=hand[:3, 3].copy(),
+                servo_error=error,
+                is_feasible=self.cell.servo.is_feasible,
+            )
+        )
+        if estimate is not None:
+            self.trace.estimates.append(estimate)

@@ -1,0 +1,47 @@
+"""Puts the tables of results/ into the documents that show them.
+
+    python scripts/insert_tables.py [--check]
+
+A document shows a table between `<!-- results/.../NAME.md -->` and `<!-- end -->`. With --check
+nothing is written, and the exit code is 1 where a document is out of date.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BLOCK = re.compile(r"(<!-- (results/\S+\.md) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def refreshed(text: str) -> str:
+    """`text` with every table as it is in results/ now."""
+
+    def table(match: re.Match[str]) -> str:
+        content = (ROOT / match[2]).read_text(encoding="utf-8")
+        return f"{match[1]}\n{content}\n{match[3]}"
+
+    return BLOCK.sub(table, text)
+
+
+def main() -> int:
+    """Refreshes or checks README.md and docs/."""
+    stale = []
+    for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+        text = path.read_text(encoding="utf-8")
+        if refreshed(text) != text:
+            stale.append(path)
+    if "--check" in sys.argv[1:]:
+        for path in stale:
+            print(f"{path.relative_to(ROOT)}: a table is not that of results/", file=sys.stderr)
+        return 1 if stale else 0
+    for path in stale:
+        path.write_text(refreshed(path.read_text(encoding="utf-8")), encoding="utf-8")
+        print(path.relative_to(ROOT))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
