@@ -62,7 +62,8 @@ class TrialTrace:
         times = np.array([s.time_s for s in self.control])
         positions = np.array([s.true_position_m for s in self.control])
         yaws = np.unwrap([s.true_yaw_rad for s in self.control])
-        distances, turns = [], []
+        distances: list[float] = []
+        turns: list[float] = []
         for estimate in self.estimates:
             if estimate.position_m is None or estimate.yaw_rad is None or estimate.time_s >= time_s:
                 continue

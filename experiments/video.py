@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import cv2
 import imageio_ffmpeg
@@ -82,7 +82,7 @@ def cell_view(loop: Loop) -> np.ndarray:
 def _open_writer(path: Path, frame: np.ndarray) -> Generator[None, Any, None]:
     path.parent.mkdir(parents=True, exist_ok=True)
     height, width = frame.shape[:2]
-    writer: Any = imageio_ffmpeg.write_frames(
+    writer: Any = cast(Any, imageio_ffmpeg).write_frames(
         str(path),
         (width, height),
         fps=FRAME_HZ,

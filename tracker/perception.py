@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -150,7 +151,7 @@ class TargetTracker:
             particles_px=self._view.camera_of_pixel(centres),
         )
 
-    def _rectify(self, rgb: object, depth_m: object) -> OverheadImage:
+    def _rectify(self, rgb: Any, depth_m: Any) -> OverheadImage:
         """Overhead image; all hidden and black where the camera gave nothing usable."""
         shape = self._view.image_shape_px
         if not (
