@@ -19,7 +19,7 @@ from sim.grasp import top_down_pose
 from sim.robot import HOME_Q_RAD
 from sim.task import TaskConfig
 
-ROUNDS = 7
+ROUNDS = 5
 
 
 @pytest.fixture(autouse=True)

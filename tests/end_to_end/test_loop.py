@@ -43,14 +43,9 @@ def test_sweep_grasps_by_sight_and_writes_a_row_a_trial(smoke):
     assert by_tracker["igpf"]["gl_renderer"] != "none" == by_tracker["oracle"]["gl_renderer"]
 
 
-def test_two_workers_give_the_bytes_of_one(smoke, tmp_path):
-    beltgrasp("sweep", "smoke", "--out", tmp_path / "two", "--workers", "2")
-    assert (tmp_path / "two" / "trials.csv").read_bytes() == (smoke / "trials.csv").read_bytes()
-
-
-def test_killed_sweep_resumes_to_the_same_bytes(smoke, tmp_path):
+def test_killed_sweep_of_two_workers_resumes_to_the_bytes_of_one_unbroken(smoke, tmp_path):
     folder = tmp_path / "killed"
-    command = [*BELTGRASP, "sweep", "smoke", "--out", str(folder), "--workers", "1"]
+    command = [*BELTGRASP, "sweep", "smoke", "--out", str(folder), "--workers", "2"]
     process = subprocess.Popen(
         command,
         cwd=ROOT,
@@ -58,15 +53,12 @@ def test_killed_sweep_resumes_to_the_same_bytes(smoke, tmp_path):
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
-    deadline = time.monotonic() + 1200
-    while time.monotonic() < deadline and process.poll() is None:
-        if (folder / "trials.csv").exists() and len(rows(folder)) >= 1:
-            break
+    while process.poll() is None and not ((folder / "trials.csv").exists() and rows(folder)):
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     assert 1 <= len(rows(folder)) < 3
-    beltgrasp("sweep", "smoke", "--out", folder, "--workers", "1")
+    beltgrasp("sweep", "smoke", "--out", folder, "--workers", "2")
     assert (folder / "trials.csv").read_bytes() == (smoke / "trials.csv").read_bytes()
 
 
