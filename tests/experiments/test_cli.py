@@ -88,7 +88,7 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("trial --predictor none", "predictor must be one of kalman; got 'none'"),
         (
             "sweep lop",
-            "preset must be one of demo, smoke, loop, predictors, filters; got 'lop'; did you mean 'loop'?",
+            "preset must be one of demo, smoke, loop, predictors, filters; got 'lop'",
         ),
         ("sweep demo --workers 0", "workers must be 1 or greater, got 0"),
         ("sweep", "Missing from beltgrasp sweep: PRESET Name of the preset"),
