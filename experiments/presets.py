@@ -51,9 +51,9 @@ def expand(base: TrialConfig | None = None, **axes: Iterable[Any]) -> tuple[Tria
 _PRESETS = (
     Preset(
         "demo",
-        "IGPF at three belt speeds, five boxes each: a first look in about a minute",
+        "IGPF at three belt speeds, three boxes each: a first look",
         expand(tracker=["igpf"], speed_mps=[0.10, 0.15, 0.25]),
-        tuple(range(5)),
+        tuple(range(3)),
     ),
     Preset(
         "smoke",
