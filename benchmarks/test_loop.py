@@ -35,7 +35,7 @@ def environment() -> Iterator[Environment]:
     environment.task.close()
 
 
-@pytest.mark.parametrize("tracker", ["igpf", "gpf", "pf", "oracle"])
+@pytest.mark.parametrize("tracker", ["igpf", "oracle"])
 def test_trial(benchmark, monkeypatch, tracker):
     """Prints the split, and how much faster than real time the trial is on one core.
 

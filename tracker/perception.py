@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TypeGuard, cast
 
 import numpy as np
 
@@ -151,19 +151,13 @@ class TargetTracker:
             particles_px=self._view.camera_of_pixel(centres),
         )
 
-    def _rectify(self, rgb: Any, depth_m: Any) -> OverheadImage:
+    def _rectify(self, rgb: object, depth_m: object) -> OverheadImage:
         """Overhead image; all hidden and black where the camera gave nothing usable."""
         shape = self._view.image_shape_px
-        if not (
-            isinstance(rgb, np.ndarray)
-            and rgb.dtype == np.uint8
-            and rgb.shape in (shape, (*shape, 3))
-        ):
+        if not (_is_array(rgb, shape, (*shape, 3)) and rgb.dtype == np.uint8):
             black = np.zeros(self._view.shape_px, np.uint8)
             return OverheadImage(black, black, np.full(black.shape, np.nan, np.float32))
-        if not (isinstance(depth_m, np.ndarray) and depth_m.shape == shape):
-            return self._view.rectify(rgb, None)
-        return self._view.rectify(rgb, depth_m)
+        return self._view.rectify(rgb, depth_m if _is_array(depth_m, shape) else None)
 
     def _has_left(self, warp: np.ndarray) -> bool:
         rows, columns = self._view.shape_px
@@ -175,6 +169,11 @@ class TargetTracker:
         if self._status is Status.TRACKING:
             return TargetObservation(None, None, Status.UNCERTAIN)
         return TargetObservation(None, None, self._status)
+
+
+def _is_array(value: object, *shapes: tuple[int, ...]) -> TypeGuard[np.ndarray]:
+    """Whether the value is an array of one of the shapes."""
+    return isinstance(value, np.ndarray) and cast(np.ndarray, value).shape in shapes
 
 
 def _sighted(found: Detection) -> WarpEstimate:
