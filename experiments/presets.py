@@ -58,7 +58,7 @@ _PRESETS = (
     Preset(
         "smoke",
         "three trials: does everything work on this machine?",
-        expand(tracker=["static", "oracle", "igpf"]),
+        expand(tracker=["static", "oracle", "igpf"], speed_mps=[0.50]),
         (0,),
     ),
     Preset(

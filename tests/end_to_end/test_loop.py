@@ -63,7 +63,7 @@ def test_killed_sweep_of_two_workers_resumes_to_the_bytes_of_one_unbroken(smoke,
 
 
 def test_trial_in_another_process_gives_the_row_of_the_sweep(smoke):
-    out = beltgrasp("trial", "--tracker", "igpf", "--speed-mps", "0.25", "--seed", "0", "--json")
+    out = beltgrasp("trial", "--tracker", "igpf", "--speed-mps", "0.5", "--seed", "0", "--json")
     alone = json.loads(out.stdout)
     swept = next(row for row in rows(smoke) if row["tracker"] == "igpf")
     assert alone["trial_id"] == swept["trial_id"]
