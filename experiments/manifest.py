@@ -68,6 +68,12 @@ def package_version(name: str) -> str:
         return "none"
 
 
+def _from_here(word: str) -> str:
+    """A path below the working folder, told from there: no home folder goes into the results."""
+    here = f"{Path.cwd()}{os.sep}"
+    return word.removeprefix(here)
+
+
 def config_hash(preset: Preset) -> str:
     """Hash of the preset's name and of every field of every trial, in order."""
     ids = [trial.trial_id for trial in preset.trials]
@@ -138,7 +144,7 @@ def _session(worker_count: int) -> dict[str, Any]:
     version = code_version()
     return {
         "started_utc": _utc_now(),
-        "command": ["beltgrasp", *sys.argv[1:]],
+        "command": ["beltgrasp", *(_from_here(word) for word in sys.argv[1:])],
         "workers": worker_count,
         "commit": version.commit,
         "is_dirty": version.is_dirty,

@@ -31,6 +31,16 @@ def test_each_session_is_noted(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["manifest.json"]
 
 
+def test_the_command_is_noted_without_the_folder_it_was_given_in(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out" / "p").mkdir(parents=True)
+    monkeypatch.setattr("sys.argv", ["cli.py", "sweep", "p", "--out", str(tmp_path / "out" / "p")])
+    manifest.open_manifest(tmp_path / "out" / "p", PRESET, 1)
+    content = manifest.read_manifest(tmp_path / "out" / "p")
+    assert content is not None
+    assert content["sessions"][0]["command"] == ["beltgrasp", "sweep", "p", "--out", "out/p"]
+
+
 def test_a_broken_manifest_is_named(tmp_path):
     (tmp_path / "manifest.json").write_text("{")
     with pytest.raises(ValueError, match=r"manifest.json is not valid JSON"):
