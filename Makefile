@@ -55,7 +55,7 @@ bench: setup-dev ## Measure a trial, a camera image, a tracker step and an IK so
 report: setup ## Rebuild the tables and plots of a results folder: make report DIR=out/demo
 	$(BIN)/beltgrasp report $(DIR)
 
-results: setup ## Repeat the sweep of the README and put its table there (about 20 min on 2 cores)
+results: setup ## Repeat the sweep of the README and put its table there
 	$(BIN)/beltgrasp sweep loop --out results/loop --workers $(WORKERS)
 	$(BIN)/beltgrasp report results/loop
 	$(BIN)/python scripts/insert_tables.py
