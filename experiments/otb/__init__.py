@@ -1,0 +1,1 @@
+"""The OTB protocol: box trackers on video sequences, by OPE, TRE and SRE."""
