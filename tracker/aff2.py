@@ -2,8 +2,8 @@
 
 An element is a (..., 3, 3) matrix `[[A, t], [0, 0, 1]]` with det A > 0, in float64. Its tangent
 vector `(..., 6)` lists scale, aspect, rotation, shear, x, y, in the order of [IGPF2021] Eq (5).
-Perturbations act on the right: `X exp(hat(e))`, so `e` lives in template coordinates. Every
-function broadcasts over leading axes. Closed forms replace the general matrix exponential and
+Perturbations act on the right: `X exp(hat(e))`, so `e` lives in template coordinates. Functions
+broadcast over leading axes. Compiled closed forms replace the general matrix exponential and
 logarithm; both are smooth through the identity. Elements without a principal logarithm give NaN,
 so check `is_valid` before `log` where particles may have strayed.
 """
@@ -12,9 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_NODES, _NODE_WEIGHTS = np.polynomial.legendre.leggauss(8)
-_NODES, _NODE_WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _NODE_WEIGHTS
-_SERIES_BELOW = 1e-6
+from tracker import aff2_loops as loops
 
 
 def hat(e: np.ndarray) -> np.ndarray:
@@ -66,49 +64,35 @@ def inverse(X: np.ndarray) -> np.ndarray:
 
 
 def exp(e: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) group elements of tangent vectors (..., 6).
-
-    Closed form by Cayley-Hamilton on the 2x2 block: with `tau` its half trace and `D` the
-    discriminant e2^2 + e4^2 - e3^2, `exp(M) = exp(tau) (c I + s (M - tau I))`.
-    """
-    e = np.asarray(e, float)
-    D = _discriminant(e)
-    c, s = _cosine_sine(D)
-    growth = np.exp(e[..., 0])
-    X = _block(growth * c, growth * s, e)
-    V = _left_integral(e, D)
-    X[..., :2, 2] = np.einsum("...ij,...j->...i", V, e[..., 4:])
-    X[..., 2, 2] = 1.0
+    """(..., 3, 3) group elements of tangent vectors (..., 6)."""
+    e = np.ascontiguousarray(e, float)
+    X = np.empty((*e.shape[:-1], 3, 3))
+    loops.exp(e.reshape(-1, 6), X.reshape(-1, 3, 3))
     return X
 
 
 def log(X: np.ndarray) -> np.ndarray:
     """(..., 6) principal logarithm of group elements; NaN where there is none."""
-    X = np.asarray(X, float)
+    X = np.ascontiguousarray(X, float)
     e = np.empty((*X.shape[:-2], 6))
-    a = vee(X)
-    tau = a[..., 0]
-    D = _discriminant(a)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        e[..., 0] = 0.5 * np.log(_det2(X))
-        k = _log_slope(tau, D)
-        e[..., 1:4] = k[..., None] * a[..., 1:4]
-        V = _left_integral(e, _discriminant(e))
-        det = V[..., 0, 0] * V[..., 1, 1] - V[..., 0, 1] * V[..., 1, 0]
-        x, y = X[..., 0, 2], X[..., 1, 2]
-        e[..., 4] = (V[..., 1, 1] * x - V[..., 0, 1] * y) / det
-        e[..., 5] = (V[..., 0, 0] * y - V[..., 1, 0] * x) / det
+    loops.log(X.reshape(-1, 3, 3), e.reshape(-1, 6))
     return e
 
 
 def difference(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     """(..., 6) tangent vector `vee log(X^-1 Y)` that leads from X to Y."""
-    return log(inverse(X) @ Y)
+    X, Y, shape = _paired(X, Y, 2, 2)
+    e = np.empty((*shape, 6))
+    loops.difference(X.reshape(-1, 3, 3), Y.reshape(-1, 3, 3), e.reshape(-1, 6))
+    return e
 
 
 def perturb(X: np.ndarray, e: np.ndarray) -> np.ndarray:
     """(..., 3, 3) right perturbation `X exp(hat(e))`. [IGPF2021] Eq (18)."""
-    return X @ exp(e)
+    X, e, shape = _paired(X, e, 2, 1)
+    Y = np.empty((*shape, 3, 3))
+    loops.perturb(X.reshape(-1, 3, 3), e.reshape(-1, 6), Y.reshape(-1, 3, 3))
+    return Y
 
 
 def adjoint(X: np.ndarray) -> np.ndarray:
@@ -146,12 +130,10 @@ def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
     block, tau +- sqrt(D). Densities on this non-unimodular group need it: both the prior and the
     proposal must be taken against the same measure.
     """
-    e = np.asarray(e, float)
-    D = _discriminant(e)
-    _, s = _cosine_sine(D)
-    translations = _left_integral(-e, D)
-    det = _det2(translations)
-    return 2.0 * np.log(np.abs(s)) + np.log(np.abs(det))
+    e = np.ascontiguousarray(e, float)
+    result = np.empty(e.shape[:-1])
+    loops.log_det_right_jacobian(e.reshape(-1, 6), result.reshape(-1))
+    return result
 
 
 def mean(X: np.ndarray, weights: np.ndarray, iterations: int = 3) -> np.ndarray:
@@ -171,34 +153,17 @@ def polar(X: np.ndarray) -> np.ndarray:
 
     The 2x2 block is split as `R(angle) exp(symmetric)`; x and y are those of the matrix.
     """
-    X = np.asarray(X, float)
-    A = X[..., :2, :2]
+    X = np.ascontiguousarray(X, float)
     p = np.empty((*X.shape[:-2], 6))
-    gram = vee_block(np.swapaxes(A, -1, -2) @ A)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        k = 0.5 * _log_slope(gram[..., 0], _discriminant(gram))
-        p[..., 0] = 0.5 * np.log(_det2(X))
-        p[..., 1] = k * gram[..., 1]
-        p[..., 3] = k * gram[..., 3]
-    p[..., 2] = np.arctan2(A[..., 1, 0] - A[..., 0, 1], A[..., 0, 0] + A[..., 1, 1])
-    p[..., 4:] = X[..., :2, 2]
+    loops.polar(X.reshape(-1, 3, 3), p.reshape(-1, 6))
     return p
 
 
 def from_polar(p: np.ndarray) -> np.ndarray:
     """(..., 3, 3) warps of affine parameters (..., 6); inverse of `polar`."""
-    p = np.asarray(p, float)
-    shape = p.copy()
-    shape[..., 2] = 0.0
-    c, s = _cosine_sine(_discriminant(shape))
-    growth = np.exp(p[..., 0])
-    S = _block(growth * c, growth * s, shape)
-    X = np.zeros_like(S)
-    cos, sin = np.cos(p[..., 2]), np.sin(p[..., 2])
-    X[..., 0, :2] = cos[..., None] * S[..., 0, :2] - sin[..., None] * S[..., 1, :2]
-    X[..., 1, :2] = sin[..., None] * S[..., 0, :2] + cos[..., None] * S[..., 1, :2]
-    X[..., :2, 2] = p[..., 4:]
-    X[..., 2, 2] = 1.0
+    p = np.ascontiguousarray(p, float)
+    X = np.empty((*p.shape[:-1], 3, 3))
+    loops.from_polar(p.reshape(-1, 6), X.reshape(-1, 3, 3))
     return X
 
 
@@ -209,61 +174,24 @@ def similarity(scale: float, angle_rad: float, centre: np.ndarray) -> np.ndarray
     return from_polar(p)
 
 
-def vee_block(M: np.ndarray) -> np.ndarray:
-    """(..., 4) scale, aspect, rotation, shear coordinates of 2x2 matrices (..., 2, 2)."""
-    e = np.empty((*M.shape[:-2], 4))
-    e[..., 0] = 0.5 * (M[..., 0, 0] + M[..., 1, 1])
-    e[..., 1] = 0.5 * (M[..., 0, 0] - M[..., 1, 1])
-    e[..., 2] = 0.5 * (M[..., 1, 0] - M[..., 0, 1])
-    e[..., 3] = 0.5 * (M[..., 1, 0] + M[..., 0, 1])
-    return e
+def _paired(
+    a: np.ndarray, b: np.ndarray, a_core: int, b_core: int
+) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
+    """Both as contiguous float64 stacks of equal leading shape, or single; and that shape.
+
+    `a_core` and `b_core` count the axes of one element.
+    """
+    a, b = np.ascontiguousarray(a, float), np.ascontiguousarray(b, float)
+    a_shape, b_shape = a.shape[: a.ndim - a_core], b.shape[: b.ndim - b_core]
+    if a_shape == b_shape or not b_shape:
+        return a, b, a_shape
+    if not a_shape:
+        return a, b, b_shape
+    shape = np.broadcast_shapes(a_shape, b_shape)
+    a = np.ascontiguousarray(np.broadcast_to(a, (*shape, *a.shape[a.ndim - a_core :])))
+    b = np.ascontiguousarray(np.broadcast_to(b, (*shape, *b.shape[b.ndim - b_core :])))
+    return a, b, shape
 
 
 def _det2(X: np.ndarray) -> np.ndarray:
     return X[..., 0, 0] * X[..., 1, 1] - X[..., 0, 1] * X[..., 1, 0]
-
-
-def _discriminant(e: np.ndarray) -> np.ndarray:
-    """D of the 2x2 block: eigenvalues are e1 +- sqrt(D)."""
-    return e[..., 1] ** 2 + e[..., 3] ** 2 - e[..., 2] ** 2
-
-
-def _cosine_sine(D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """cosh(q) and sinh(q)/q with q = sqrt(D); trigonometric for D < 0, smooth at 0."""
-    q = np.sqrt(np.abs(D))
-    is_hyperbolic = D > 0
-    q_hyperbolic = np.where(is_hyperbolic, q, 0.0)
-    c = np.where(is_hyperbolic, np.cosh(q_hyperbolic), np.cos(q))
-    s = np.where(is_hyperbolic, np.sinh(q_hyperbolic), np.sin(q))
-    small = q < 1e-4
-    return c, np.where(small, 1.0 + D / 6.0, s / np.where(small, 1.0, q))
-
-
-def _log_slope(tau: np.ndarray, D: np.ndarray) -> np.ndarray:
-    """k in `log(A) = 1/2 ln det A I + k (A - tau I)`."""
-    q = np.sqrt(np.abs(D))
-    small = q < _SERIES_BELOW * np.abs(tau)
-    safe = np.where(small, 1.0, q)
-    spiral = np.arctan2(q, tau) / safe
-    split = np.where(tau > q, 0.5 * np.log((tau + q) / (tau - q)) / safe, np.nan)
-    series = np.where(tau > 0, 1.0 / tau, np.nan)
-    return np.where(small, series, np.where(D < 0, spiral, split))
-
-
-def _left_integral(e: np.ndarray, D: np.ndarray) -> np.ndarray:
-    """(..., 2, 2) V = int_0^1 exp(s M) ds of the 2x2 block, by 8-point Gauss-Legendre."""
-    nodes = _NODES.reshape((-1,) + (1,) * np.ndim(D))
-    weights = _NODE_WEIGHTS.reshape(nodes.shape)
-    c, s = _cosine_sine(D * nodes**2)
-    growth = weights * np.exp(nodes * e[..., 0])
-    return _block((growth * c).sum(axis=0), (growth * nodes * s).sum(axis=0), e)[..., :2, :2]
-
-
-def _block(c: np.ndarray, s: np.ndarray, e: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) zeros but for the 2x2 block `c I + s (M - tau I)`."""
-    X = np.zeros((*np.shape(c), 3, 3))
-    X[..., 0, 0] = c + s * e[..., 1]
-    X[..., 0, 1] = s * (e[..., 3] - e[..., 2])
-    X[..., 1, 0] = s * (e[..., 3] + e[..., 2])
-    X[..., 1, 1] = c - s * e[..., 1]
-    return X

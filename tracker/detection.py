@@ -15,8 +15,9 @@ import cv2
 import numpy as np
 
 from tracker import aff2
-from tracker.likelihood import LikelihoodConfig, TemplateObservation, stack_layers
-from tracker.template import PatchSampler, Template
+from tracker.likelihood import LikelihoodConfig, TemplateObservation
+from tracker.matching import Layers, PatchMatcher
+from tracker.template import Template
 
 _COARSE_GRID = (8, 20)
 _COARSE_BLUR = 0.03
@@ -72,8 +73,7 @@ class Detection:
 class _Level:
     """One step of the refinement."""
 
-    template: Template
-    sampler: PatchSampler
+    matcher: PatchMatcher
     blur_px: float
 
 
@@ -103,8 +103,8 @@ class TemplateDetector:
         coarse = Template.of_picture(blurred, template.size, _COARSE_GRID)
         coarse_px = math.hypot(coarse.smoothing_px(unit_px), _COARSE_BLUR * unit_px)
         self._levels = (
-            _Level(coarse, PatchSampler(coarse.points), coarse_px),
-            _Level(template, PatchSampler(template.points), template.smoothing_px(unit_px)),
+            _Level(PatchMatcher(coarse), coarse_px),
+            _Level(PatchMatcher(template), template.smoothing_px(unit_px)),
         )
         self._likelihood = LikelihoodConfig(independent_pixel_count=100.0, shape_std=0.02)
         coarse_unit = unit_px / config.reduction
@@ -132,10 +132,8 @@ class TemplateDetector:
         self, level: _Level, image: np.ndarray, visibility: np.ndarray
     ) -> TemplateObservation:
         smooth = cv2.GaussianBlur(image, (0, 0), level.blur_px)
-        layers = stack_layers(smooth, visibility)
-        return TemplateObservation(
-            level.template, layers, self._likelihood, 0.5, self._unit_px, level.sampler
-        )
+        layers = Layers.of(smooth, visibility)
+        return TemplateObservation(level.matcher, layers, self._likelihood, 0.5, self._unit_px)
 
     def _choose(self, warps: np.ndarray, observation: TemplateObservation) -> Detection | None:
         config = self._config

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker import aff2
-from tracker.template import PatchSampler, Template
+from tracker.matching import Layers, PatchFit, PatchMatcher
 
 
 class Observation(Protocol):
@@ -59,50 +59,35 @@ class LikelihoodConfig:
             raise ValueError(f"sigma_memory must be in [0, 1), got {self.sigma_memory!r}")
 
 
-@dataclass(frozen=True, eq=False)
-class PatchFit:
-    """How well patches under `n` warps match the template."""
-
-    ncc: np.ndarray
-    """(n,) correlation over the visible pixels; 0 where nothing is visible."""
-    visible_fraction: np.ndarray
-    """(n,)"""
-    cost: np.ndarray
-    """(n,) mean Huber cost over the visible pixels [template variances]."""
-
-
 class TemplateObservation:
     """One grey image with visibility, compared with a template. [IGPF2021] Eq (10)."""
 
     def __init__(
         self,
-        template: Template,
-        layers: np.ndarray,
+        matcher: PatchMatcher,
+        layers: Layers,
         config: LikelihoodConfig,
         sigma: float,
         unit_px: float | None = None,
-        sampler: PatchSampler | None = None,
     ) -> None:
         """Binds the image.
 
         Args:
-            template: what is looked for.
-            layers: (h, w, 2) float32, grey and visibility, from `stack_layers`.
+            matcher: compares patches with what is looked for.
+            layers: the image.
             config: noise model.
             sigma: current residual deviation.
             unit_px: known length of the template unit in the image [px]; None if unknown.
-            sampler: reusable buffers.
         """
-        self._template = template
+        self._matcher = matcher
         self._layers = layers
         self._config = config
         self._sigma = sigma
+        self._clip = config.huber_threshold * sigma
         self._known_shape: tuple[float, float] | None = None
         """Log of the unit [px] and variance of the shape, where the size is known."""
         if unit_px is not None and config.shape_std is not None:
             self._known_shape = float(np.log(unit_px)), config.shape_std**2
-        self._sampler = sampler or PatchSampler(template.points)
-        self._products = _pair_products(template.jacobian)
 
     def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
         """(n,) tempered robust Gaussian log-likelihood. [IGPF2021] Eqs (10), (11)."""
@@ -115,56 +100,15 @@ class TemplateObservation:
 
     def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gradient (n, 6) and information (n, 6, 6), inverse compositional as in [Kwon2014]."""
-        template = self._template
-        patch, weights, visible = self._normalised_patch(warps)
-        T, T_mean, T_std = self._visible_template(weights)
-        residual = self._clip(T - patch)
-        J = template.jacobian
-        J_mean = weights @ J
-        J_along_T = ((weights * template.values) @ J - T_mean[:, None] * J_mean) / T_std[:, None]
-        weighted = weights * residual
-        g = weighted @ J
-        g -= weighted.sum(axis=1)[:, None] * J_mean
-        g -= np.einsum("ij,ij->i", weighted, T)[:, None] * J_along_T
-        H = _unpack(weights @ self._products)
-        H = H - _outer(J_mean) - _outer(J_along_T)
+        g, H, visible = self._matcher.linearise(self._layers, warps, self._clip)
         worth = self._config.independent_pixel_count * visible / self._sigma**2
-        g = g * (worth / T_std)[:, None]
-        H = H * (worth / T_std**2)[:, None, None]
-        return self._add_shape(warps, g.astype(float), H.astype(float))
+        g *= worth[:, None]
+        H *= worth[:, None, None]
+        return self._add_shape(warps, g, H)
 
     def fit(self, warps: np.ndarray) -> PatchFit:
         """Correlation, visibility and cost of each warp."""
-        patch, weights, visible = self._normalised_patch(warps)
-        T, _, _ = self._visible_template(weights)
-        residual = T - patch
-        clipped = self._clip(residual)
-        cost = np.einsum("ij,ij->i", weights * clipped, residual - 0.5 * clipped)
-        ncc = np.einsum("ij,ij->i", weights * T, patch)
-        return PatchFit(ncc.astype(float), visible.astype(float), cost.astype(float))
-
-    def _normalised_patch(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Patch values (n, m), weights that sum to one (n, m), visible fraction (n,)."""
-        grey, visibility = self._sampler.sample(self._layers, warps)
-        weights = (visibility > 0.99).astype(np.float32)
-        total = weights.sum(axis=1)
-        weights /= np.maximum(total, 1.0)[:, None]
-        patch = grey - np.einsum("ij,ij->i", weights, grey)[:, None]
-        variance = np.einsum("ij,ij->i", weights, patch * patch)
-        patch /= np.sqrt(np.maximum(variance, 1.0))[:, None]
-        return patch, weights, total / weights.shape[1]
-
-    def _visible_template(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Template normalised over visible pixels (n, m), with the mean and deviation used."""
-        values = self._template.values
-        mean = weights @ values
-        variance = weights @ (values * values) - mean * mean
-        std = np.sqrt(np.maximum(variance, 1e-2))
-        return (values - mean[:, None]) / std[:, None], mean, std
-
-    def _clip(self, residual: np.ndarray) -> np.ndarray:
-        limit = self._config.huber_threshold * self._sigma
-        return np.clip(residual, -limit, limit)
+        return self._matcher.fit(self._layers, warps, self._clip)
 
     def _shape_log_likelihood(self, warps: np.ndarray) -> np.ndarray | float:
         if self._known_shape is None:
@@ -182,14 +126,6 @@ class TemplateObservation:
         return g, H
 
 
-def stack_layers(image: np.ndarray, visibility: np.ndarray | None) -> np.ndarray:
-    """(h, w, 2) float32 of a grey image (h, w) and its visibility (None: all visible)."""
-    layers = np.empty((*image.shape, 2), np.float32)
-    layers[..., 0] = image
-    layers[..., 1] = 1.0 if visibility is None else visibility
-    return layers
-
-
 _SHAPE_AXES = [0, 1, 3]
 
 
@@ -198,26 +134,6 @@ def _shape_error(warps: np.ndarray, log_unit: float) -> np.ndarray:
     error = aff2.polar(warps)[:, _SHAPE_AXES]
     error[:, 0] -= log_unit
     return error
-
-
-_ROWS, _COLUMNS = np.triu_indices(6)
-
-
-def _pair_products(J: np.ndarray) -> np.ndarray:
-    """(m, 21) products of the columns of J (m, 6), upper triangle."""
-    return J[:, _ROWS] * J[:, _COLUMNS]
-
-
-def _unpack(packed: np.ndarray) -> np.ndarray:
-    """(n, 6, 6) symmetric matrices of packed upper triangles (n, 21)."""
-    H = np.empty((len(packed), 6, 6), packed.dtype)
-    H[:, _ROWS, _COLUMNS] = packed
-    H[:, _COLUMNS, _ROWS] = packed
-    return H
-
-
-def _outer(a: np.ndarray) -> np.ndarray:
-    return a[:, :, None] * a[:, None, :]
 
 
 def _require_positive(name: str, value: float) -> None:

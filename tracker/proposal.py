@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from tracker import cholesky_loops
 from tracker.likelihood import Observation
 from tracker.state_space import StateSpace
 
@@ -93,9 +94,9 @@ class GaussianProposal:
         count = len(predicted)
         noise = rng.standard_normal((count, 6))
         is_defensive = rng.random(count) < self.prior_share
-        means, precision = self._local_posterior(predicted, variances, observation, space)
-        root = np.linalg.cholesky(precision)
-        e = np.linalg.solve(np.swapaxes(root, 1, 2), noise[..., None])[..., 0]
+        means, root = self._local_posterior(predicted, variances, observation, space)
+        e = np.empty_like(noise)
+        cholesky_loops.solve_upper(root, noise, e)
         warps = space.perturb(means, e)
         spread = noise[is_defensive] * np.sqrt(variances)
         warps[is_defensive] = space.perturb(predicted[is_defensive], spread)
@@ -117,18 +118,23 @@ class GaussianProposal:
         observation: Observation,
         space: StateSpace,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Means (n, 3, 3) and precisions (n, 6, 6). [IGPF2021] Eqs (21)-(23)."""
+        """Means (n, 3, 3), lower Cholesky factors of the precisions (n, 6, 6).
+
+        [IGPF2021] Eqs (21)-(23).
+        """
         means, e = predicted, np.zeros((len(predicted), 6))
-        precision = np.broadcast_to(np.diag(1.0 / variances), (len(predicted), 6, 6))
+        root = np.empty((len(predicted), 6, 6))
         for step in range(self.iterations):
-            gradient, information = observation.linearise(means)
-            precision = information + np.diag(1.0 / variances)
-            rhs = gradient - e / variances
-            delta = np.linalg.solve(precision, rhs[..., None])[..., 0]
+            gradient, precision = observation.linearise(means)
+            precision[:, range(6), range(6)] += 1.0 / variances
+            cholesky_loops.factorise(precision, root)
+            delta = gradient - e / variances
+            cholesky_loops.solve_lower(root, delta, delta)
+            cholesky_loops.solve_upper(root, delta, delta)
             means = space.perturb(means, _bounded(delta))
             if step + 1 < self.iterations:
                 e = space.difference(predicted, means)
-        return means, precision
+        return means, root
 
 
 def _bounded(delta: np.ndarray) -> np.ndarray:
@@ -143,6 +149,6 @@ def _log_density(e: np.ndarray, root: np.ndarray, space: StateSpace) -> np.ndarr
 
     `root` (..., 6, 6) is the lower Cholesky factor of the precision.
     """
-    whitened = np.einsum("...ji,...j->...i", root, e)
+    whitened = (np.swapaxes(root, -1, -2) @ e[..., None])[..., 0]
     log_det = np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(axis=-1)
     return log_det - 0.5 * (whitened**2).sum(axis=-1) - space.log_volume(e)

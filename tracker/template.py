@@ -1,4 +1,4 @@
-"""The target's reference picture, and fast sampling of many warped patches.
+"""The target's reference picture, sampled on a grid.
 
 Template coordinates have their origin at the centre of the target and the unit sqrt(w h), the same
 along both axes, so that a rotation of the template is a rotation in the image. u points right and
@@ -8,7 +8,7 @@ v down in the picture; a warp maps (u, v, 1) to image pixels.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -36,9 +36,11 @@ class Template:
     """Width and height of the target in template units; their product is 1."""
     picture: np.ndarray
     """(rows, columns) uint8 grey reference picture, for detection and drawing."""
+    basis: np.ndarray = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    """(k, n) float32 orthonormal rows: ways in which the target may look different."""
 
     def __post_init__(self) -> None:
-        for name in ("values", "points", "jacobian", "picture"):
+        for name in ("values", "points", "jacobian", "picture", "basis"):
             getattr(self, name).setflags(write=False)
 
     @classmethod
@@ -95,38 +97,6 @@ class Template:
         """(3, 4) homogeneous corners: top left, top right, bottom right, bottom left."""
         w, h = self.size
         return np.array([[-w, w, w, -w], [-h, -h, h, h], [2, 2, 2, 2]]) / 2
-
-
-class PatchSampler:
-    """Samples an image at the template points of many warps with one `cv2.remap`.
-
-    Holds its buffers, so one sampler belongs to one thread. Coordinates are quantised to 1/32 px
-    by OpenCV.
-    """
-
-    def __init__(self, points: np.ndarray) -> None:
-        self._points = points.astype(np.float32)
-        self._coordinates = np.empty((2, 0, points.shape[1]), np.float32)
-        self._samples = np.empty((0, points.shape[1], 2), np.float32)
-
-    def sample(self, layers: np.ndarray, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Grey values (n, m) and visibility (n, m) of `layers` (h, w, 2) under `warps` (n, 3, 3).
-
-        Both are views of buffers that the next call overwrites. Outside the image both are 0.
-        """
-        count = len(warps)
-        if count > self._samples.shape[0]:
-            size = self._points.shape[1]
-            self._coordinates = np.empty((2, count, size), np.float32)
-            self._samples = np.empty((count, size, 2), np.float32)
-        maps = self._coordinates[:, :count]
-        for axis in range(2):
-            rows = np.clip(warps[:, axis, :], -1e6, 1e6).astype(np.float32)
-            np.matmul(rows, self._points, out=maps[axis])
-        samples = cv2.remap(
-            layers, maps[0], maps[1], cv2.INTER_LINEAR, dst=self._samples[:count], borderValue=0
-        )
-        return samples[..., 0], samples[..., 1]
 
 
 def _smooth_samples(

@@ -11,8 +11,9 @@ import numpy as np
 from tracker import aff2
 from tracker.base import Status, WarpEstimate
 from tracker.filter import FilterConfig, FilterEstimate, ParticleFilter
-from tracker.likelihood import LikelihoodConfig, TemplateObservation, stack_layers
-from tracker.template import PatchSampler, Template
+from tracker.likelihood import LikelihoodConfig, TemplateObservation
+from tracker.matching import Layers, PatchMatcher
+from tracker.template import Template
 
 _MIN_STEP_S = 1e-4
 
@@ -58,13 +59,12 @@ class TemplateTracker:
         unit_px: float | None = None,
     ) -> None:
         """`unit_px` is the known length of the template unit in the image; None if unknown."""
-        self._template = template
         self._filter = ParticleFilter(filter_config, rng)
         self._likelihood = likelihood
         self._status_config = status
         self._unit_px = unit_px
         self._blur_px = template.smoothing_px(unit_px) if unit_px else 0.0
-        self._sampler = PatchSampler(template.points)
+        self._matcher = PatchMatcher(template)
         self._sigma = likelihood.initial_sigma
         self._time_s = -math.inf
         self._unsupported_s = 0.0
@@ -107,9 +107,9 @@ class TemplateTracker:
     def observe(self, image: np.ndarray, visibility: np.ndarray | None) -> TemplateObservation:
         """The image bound to the template under the present noise estimate."""
         smooth = cv2.GaussianBlur(image, (0, 0), self._blur_px) if self._blur_px else image
-        layers = stack_layers(smooth, visibility)
+        layers = Layers.of(smooth, visibility)
         return TemplateObservation(
-            self._template, layers, self._likelihood, self._sigma, self._unit_px, self._sampler
+            self._matcher, layers, self._likelihood, self._sigma, self._unit_px
         )
 
     def _judge(self, ncc: float, visible: float, step_s: float) -> Status:

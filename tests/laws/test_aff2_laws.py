@@ -95,6 +95,10 @@ def test_functions_broadcast_over_leading_axes():
     assert X.shape == (2, 5, 3, 3)
     np.testing.assert_allclose(X[1, 3], aff2.exp(e[1, 3]))
     np.testing.assert_allclose(aff2.log(X)[1, 3], aff2.log(X[1, 3]))
+    for a, b in ((X, X[0, 0]), (X[0, 0], X), (X[:, :1], X[:1]), (X[0, 0], X[1, 1])):
+        expected = aff2.log(aff2.inverse(a) @ b)
+        np.testing.assert_allclose(aff2.difference(a, b), expected, atol=1e-12)
+        np.testing.assert_allclose(aff2.perturb(a, expected), np.broadcast_to(b, (a @ b).shape))
     assert aff2.right_jacobian(e).shape == (2, 5, 6, 6)
     assert aff2.adjoint(X).shape == (2, 5, 6, 6)
 
@@ -109,3 +113,9 @@ def test_no_logarithm_gives_nan_and_invalid_elements_are_named():
     assert np.isfinite(logs[0]).all()
     assert not np.isfinite(logs[1]).all()
     assert not np.isfinite(logs[3]).all()
+
+
+def test_a_singular_element_gives_nan_and_no_exception():
+    singular = np.zeros((3, 3))
+    assert np.isnan(aff2.difference(singular, np.eye(3))).all()
+    assert not np.isfinite(aff2.log(singular)).any()

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from tracker import aff2
-from tracker.likelihood import LikelihoodConfig, TemplateObservation, stack_layers
+from tracker.likelihood import LikelihoodConfig, TemplateObservation
+from tracker.matching import Layers, PatchMatcher
 
 
 @pytest.fixture
@@ -11,9 +12,9 @@ def observe(view, scene, template):
 
     def build(gain=1.0, offset=0.0, unit_px=None, occluder=None, sigma=0.3, **settings):
         image = view.rectify(*scene.render(0.5, 0.0, 0.4, occluder))
-        layers = stack_layers(image.grey, image.visibility)
-        layers[..., 0] = gain * layers[..., 0] + offset
-        return TemplateObservation(template, layers, LikelihoodConfig(**settings), sigma, unit_px)
+        layers = Layers.of(gain * image.grey + offset, image.visibility)
+        config = LikelihoodConfig(**settings)
+        return TemplateObservation(PatchMatcher(template), layers, config, sigma, unit_px)
 
     return build
 

@@ -27,12 +27,13 @@ def test_overhead_view_is_not_mirrored(view):
 
 
 def test_box_lands_where_it_stands_with_its_known_size(view, scene, template, true_warp):
-    from tracker.likelihood import LikelihoodConfig, TemplateObservation, stack_layers
+    from tracker.likelihood import LikelihoodConfig, TemplateObservation
+    from tracker.matching import Layers, PatchMatcher
 
     rgb, depth = scene.render(0.53, 0.1, 0.7)
     image = view.rectify(rgb, depth)
-    layers = stack_layers(image.grey, image.visibility)
-    observation = TemplateObservation(template, layers, LikelihoodConfig(), 0.3)
+    layers = Layers.of(image.grey, image.visibility)
+    observation = TemplateObservation(PatchMatcher(template), layers, LikelihoodConfig(), 0.3)
     warps = np.stack([true_warp(0.53, 0.1, 0.7), true_warp(0.53, 0.104, 0.7)])
     ncc = observation.fit(warps).ncc
     assert ncc[0] > 0.95

@@ -4,7 +4,7 @@ from scenes import SIZE_M, box_picture
 from scipy.interpolate import RectBivariateSpline
 
 from tracker import aff2
-from tracker.template import PatchSampler, Template
+from tracker.template import Template
 
 
 def test_values_are_normalised_and_arrays_read_only(template):
@@ -22,7 +22,6 @@ def test_template_unit_is_the_root_of_the_area(template):
 
 
 def test_jacobian_equals_finite_differences_of_a_smooth_picture():
-    """On float64 splines; `cv2.remap` quantises coordinates and would blur the comparison."""
     v, u = np.mgrid[0:160, 0:400]
     smooth = 128 + 60 * np.sin(u / 31.0) * np.cos(v / 23.0) + 30 * np.sin((u + 2 * v) / 53.0)
     template = Template.of_picture(smooth.astype(np.uint8), (0.2, 0.08), grid=(32, 80))
@@ -42,23 +41,6 @@ def test_jacobian_equals_finite_differences_of_a_smooth_picture():
         expected = (moved[0] - moved[1]) / (2 * step)
         actual = template.jacobian[:, axis].reshape(rows, columns)[inner]
         assert np.abs(actual - expected).max() < 0.05 * np.abs(expected).max()
-
-
-def test_sampler_reads_a_linear_ramp_exactly(template):
-    column, row = np.meshgrid(np.arange(120.0), np.arange(90.0))
-    layers = np.stack([2 * column + row, np.ones_like(row)], axis=-1).astype(np.float32)
-    warps = np.stack([aff2.similarity(20.0, 0.3, [60, 40]), aff2.similarity(15.0, 2.0, [50, 50])])
-    grey, visibility = PatchSampler(template.points).sample(layers, warps)
-    q = warps @ template.points
-    np.testing.assert_allclose(grey, 2 * q[:, 0] + q[:, 1], atol=0.1)
-    np.testing.assert_allclose(visibility, 1.0)
-
-
-def test_sampler_marks_what_lies_outside_the_image(template):
-    layers = np.ones((50, 60, 2), np.float32)
-    far = aff2.similarity(10.0, 0.0, [1e9, 0.0])
-    _, visibility = PatchSampler(template.points).sample(layers, far[None])
-    assert visibility.max() == 0.0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,235 @@
+"""Compiled loops over particles and template samples: the cost of a tracker is here.
+
+A patch stays in the processor's first cache from sampling to its sums, so a comparison costs
+little more than reading the image. Arrays are float32 and contiguous, `scratch` is (6, m).
+Compiled at first use and cached on disk.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+_REORDER = {"reassoc", "contract", "nsz", "arcp"}  # sums may be vectorised; NaN stays NaN
+_MIN_VARIANCE = np.float32(1.0)
+_MIN_TEMPLATE_VARIANCE = np.float32(1e-2)
+_ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
+
+
+@njit(cache=True, fastmath=_REORDER, error_model="numpy")
+def sample(
+    grey: np.ndarray,
+    mask: np.ndarray,
+    warp: np.ndarray,
+    points: np.ndarray,
+    patch: np.ndarray,
+    weights: np.ndarray,
+    places: np.ndarray,
+) -> float:
+    """Fills `patch` (m,) and `weights` (m,), 1 where the sample is visible; returns their sum.
+
+    Bilinear. Invisible is what lies outside `grey` (h, w) or touches a zero of `mask` (h, w); a
+    mask without elements hides nothing. `places` (3, m) is scratch: index and fractions.
+    """
+    height, width = grey.shape
+    image, count = grey.reshape(-1), points.shape[1]
+    index, fx, fy = places[0].view(np.int32), places[1], places[2]
+    a, b, x0 = np.float32(warp[0, 0]), np.float32(warp[0, 1]), np.float32(warp[0, 2])
+    c, d, y0 = np.float32(warp[1, 0]), np.float32(warp[1, 1]), np.float32(warp[1, 2])
+    right, bottom = np.float32(width - 1), np.float32(height - 1)
+    row, last_x, last_y = np.int32(width), np.int32(width - 2), np.int32(height - 2)
+    for m in range(count):
+        x = a * points[0, m] + b * points[1, m] + x0
+        y = c * points[0, m] + d * points[1, m] + y0
+        is_inside = (x >= _ZERO) & (x <= right) & (y >= _ZERO) & (y <= bottom)
+        weights[m] = _ONE if is_inside else _ZERO
+        x, y = (x, y) if is_inside else (_ZERO, _ZERO)
+        ix, iy = min(np.int32(x), last_x), min(np.int32(y), last_y)
+        fx[m], fy[m] = x - np.float32(ix), y - np.float32(iy)
+        index[m] = iy * row + ix
+    one, below = np.uint32(1), np.uint32(width)
+    for m in range(count):
+        k = np.uint32(index[m])  # unsigned: no test for negative indices
+        k1, k2 = np.uint32(k + one), np.uint32(k + below)
+        top = image[k] + fx[m] * (image[k1] - image[k])
+        low = image[k2] + fx[m] * (image[np.uint32(k2 + one)] - image[k2])
+        patch[m] = top + fy[m] * (low - top)
+    if mask.size:
+        hidden = mask.reshape(-1)
+        for m in range(count):
+            k = np.uint32(index[m])
+            k1, k2 = np.uint32(k + one), np.uint32(k + below)
+            is_seen = hidden[k] & hidden[k1] & hidden[k2] & hidden[np.uint32(k2 + one)]
+            weights[m] *= np.float32(is_seen)
+    total = _ZERO
+    for m in range(count):
+        total += weights[m]
+    return total
+
+
+@njit(cache=True, fastmath=_REORDER, error_model="numpy")
+def normalise(
+    values: np.ndarray, weights: np.ndarray, total: float, floor: float, out: np.ndarray
+) -> float:
+    """`values` (m,) less their mean over their deviation, which is returned; both weighted."""
+    mean = _ZERO
+    for m in range(len(values)):
+        mean += weights[m] * values[m]
+    mean /= total
+    variance = _ZERO
+    for m in range(len(values)):
+        difference = values[m] - mean
+        variance += weights[m] * difference * difference
+    deviation = np.sqrt(max(variance / total, floor))
+    gain = _ONE / deviation
+    for m in range(len(values)):
+        out[m] = (values[m] - mean) * gain
+    return deviation
+
+
+@njit(cache=True, fastmath=_REORDER, error_model="numpy")
+def remove_subspace(
+    residual: np.ndarray, weights: np.ndarray, total: float, basis: np.ndarray
+) -> None:
+    """Takes from `residual` (m,) its part in the span of the orthonormal rows of `basis` (k, m)."""
+    for k in range(len(basis)):
+        part = _ZERO
+        for m in range(len(residual)):
+            part += weights[m] * residual[m] * basis[k, m]
+        part *= np.float32(len(residual)) / total
+        for m in range(len(residual)):
+            residual[m] -= part * basis[k, m]
+
+
+@njit(cache=True, fastmath=_REORDER, error_model="numpy")
+def _residual(
+    grey: np.ndarray,
+    mask: np.ndarray,
+    warp: np.ndarray,
+    points: np.ndarray,
+    values: np.ndarray,
+    basis: np.ndarray,
+    scratch: np.ndarray,
+) -> tuple[float, float]:
+    """Residual into scratch[3], normalised template into [4], weights into [5].
+
+    Returns the number of visible samples, and the deviation of the template over them.
+    """
+    residual, template, weights = scratch[3], scratch[4], scratch[5]
+    total = sample(grey, mask, warp, points, residual, weights, scratch[:3])
+    if total < _ONE:
+        return _ZERO, _ONE
+    normalise(residual, weights, total, _MIN_VARIANCE, residual)
+    deviation = normalise(values, weights, total, _MIN_TEMPLATE_VARIANCE, template)
+    for m in range(len(values)):
+        residual[m] = template[m] - residual[m]
+    if len(basis):
+        remove_subspace(residual, weights, total, basis)
+    return total, deviation
+
+
+@njit(cache=True, fastmath=_REORDER, error_model="numpy")
+def compare(
+    grey: np.ndarray,
+    mask: np.ndarray,
+    warps: np.ndarray,
+    points: np.ndarray,
+    values: np.ndarray,
+    basis: np.ndarray,
+    limit: float,
+    scratch: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Into `out` (n, 3): correlation, visible fraction and mean Huber cost."""
+    residual, template, weights = scratch[3], scratch[4], scratch[5]
+    clip = np.float32(limit)
+    for i in range(len(warps)):
+        total, _ = _residual(grey, mask, warps[i], points, values, basis, scratch)
+        correlation, cost = _ZERO, _ZERO
+        for m in range(len(values)):
+            r = residual[m]
+            excess = abs(r) - clip
+            excess = excess if excess > _ZERO else _ZERO
+            correlation += weights[m] * template[m] * (template[m] - r)
+            cost += weights[m] * (r * r - excess * excess)
+        visible = max(total, _ONE)
+        out[i, 0], out[i, 1], out[i, 2] = (
+            correlation / visible,
+            total / len(values),
+            _HALF * cost / visible,
+        )
+
+
+@njit(cache=True, fastmath=_REORDER, error_model="numpy")
+def linearise(
+    grey: np.ndarray,
+    mask: np.ndarray,
+    warps: np.ndarray,
+    points: np.ndarray,
+    values: np.ndarray,
+    basis: np.ndarray,
+    jacobian: np.ndarray,
+    whole_information: np.ndarray,
+    limit: float,
+    scratch: np.ndarray,
+    gradient: np.ndarray,
+    information: np.ndarray,
+    visible: np.ndarray,
+) -> None:
+    """Mean of J^T r (n, 6) and of J^T J (n, 6, 6) over the visible samples, and their share (n,).
+
+    J is that of the normalised template: mean and deviation move with the warp as well.
+    `jacobian` (6, m) is of the raw template; `whole_information` (6, 6) holds if all is visible.
+    """
+    residual, template, weights = scratch[3], scratch[4], scratch[5]
+    count, clip = len(values), np.float32(limit)
+    for i in range(len(warps)):
+        total, deviation = _residual(grey, mask, warps[i], points, values, basis, scratch)
+        visible[i] = total / count
+        if total < _ONE:
+            gradient[i], information[i] = 0.0, 0.0
+            continue
+        total_r, total_rT = _ZERO, _ZERO
+        for m in range(count):
+            r = residual[m]
+            r = r if r < clip else clip
+            r = weights[m] * (r if r > -clip else -clip)
+            residual[m] = r
+            total_r += r
+            total_rT += r * template[m]
+        for m in range(count):  # mean and deviation move with the warp
+            residual[m] -= weights[m] * (total_r + total_rT * template[m]) / total
+        for j in range(6):
+            product = _ZERO
+            for m in range(count):
+                product += residual[m] * jacobian[j, m]
+            gradient[i, j] = product / (total * deviation)
+        if total == count:
+            information[i] = whole_information
+        else:
+            normal_matrix(jacobian, template, weights, total, deviation, information[i])
+
+
+@njit(cache=True, fastmath=_REORDER, error_model="numpy")
+def normal_matrix(
+    jacobian: np.ndarray,
+    template: np.ndarray,
+    weights: np.ndarray,
+    total: float,
+    deviation: float,
+    out: np.ndarray,
+) -> None:
+    """Mean of J^T J (6, 6) of the normalised template over the visible samples."""
+    count = len(weights)
+    mean, along = np.zeros(6, np.float32), np.zeros(6, np.float32)
+    for j in range(6):
+        for m in range(count):
+            mean[j] += weights[m] * jacobian[j, m]
+            along[j] += weights[m] * template[m] * jacobian[j, m]
+    for j in range(6):
+        for k in range(j + 1):
+            product = _ZERO
+            for m in range(count):
+                product += weights[m] * jacobian[j, m] * jacobian[k, m]
+            value = product / total - (mean[j] * mean[k] + along[j] * along[k]) / (total * total)
+            out[j, k] = out[k, j] = value / (deviation * deviation)
