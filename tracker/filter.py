@@ -45,6 +45,9 @@ class FilterConfig:
     """K of [IGPF2021] Eq (24)."""
     max_halvings: int = 2
     """Halvings of the step in the improved Gaussian resampling before the parent is kept."""
+    is_estimate_late: bool = False
+    """Estimate from the resampled particles. [IGPF2021] Algorithm 1 does not say when; it makes a
+    difference only where resampling looks for better places."""
 
     def __post_init__(self) -> None:
         _require_choice("state_space", self.state_space, tuple(STATE_SPACES))
@@ -75,7 +78,7 @@ class FilterConfig:
 
 @dataclass(frozen=True, eq=False)
 class FilterEstimate:
-    """Moments of the weighted particles after one image, before resampling."""
+    """Moments of the particles after one image."""
 
     warp: np.ndarray
     """(3, 3) weighted mean on the state space."""
@@ -134,17 +137,34 @@ class ParticleFilter:
         self._step_s = step_s
         self._covariance = np.zeros((6, 6))
 
-    def step(self, observation: Observation, step_s: float) -> FilterEstimate:
-        """Moves, weighs, estimates and resamples; `step_s` is the time since the last image."""
+    def step(
+        self,
+        observation: Observation,
+        step_s: float,
+        detections_px: np.ndarray | None = None,
+    ) -> FilterEstimate:
+        """Moves, weighs, estimates and resamples.
+
+        Args:
+            observation: the image.
+            step_s: time since the last image.
+            detections_px: (m, 2) places from which m particles start, whatever their own
+                prediction: the detector's part of the transition in [Okuma2004].
+        """
         predicted = self.predict(step_s)
+        if detections_px is not None:
+            jumping = self._rng.permutation(len(predicted))[: len(detections_px)]
+            predicted[jumping, :2, 2] = detections_px
         variances = self._variance_rate * step_s
         draw = self._proposal.draw(predicted, variances, observation, self._space, self._rng)
         particles, log_evidence = self._weigh(draw.warps, draw.log_ratio, observation)
-        estimate = self._estimate(particles, log_evidence)
-        self._particles = self._resampled(particles, observation)
+        resampled = self._resampled(particles, observation)
+        basis = resampled if self._config.is_estimate_late else particles
+        warp, covariance = moments(self._space, basis.warps, basis.weights)
+        self._particles = resampled
         self._step_s = step_s
-        self._covariance = estimate.covariance
-        return estimate
+        self._covariance = covariance
+        return FilterEstimate(warp, covariance, particles.ess, log_evidence)
 
     def coast(self, step_s: float) -> FilterEstimate:
         """Moves the particles through an image that cannot be used."""
@@ -157,11 +177,11 @@ class ParticleFilter:
             log_weights=self.particles.log_weights,
             log_likelihoods=self.particles.log_likelihoods,
         )
-        estimate = self._estimate(particles, -math.inf)
+        warp, covariance = moments(self._space, particles.warps, particles.weights)
         self._particles = particles
         self._step_s = step_s
-        self._covariance = estimate.covariance
-        return estimate
+        self._covariance = covariance
+        return FilterEstimate(warp, covariance, particles.ess, -math.inf)
 
     def predict(self, step_s: float) -> np.ndarray:
         """(n, 3, 3) warps moved by their own velocity. [IGPF2021] Eqs (8), (9)."""
@@ -193,10 +213,6 @@ class ParticleFilter:
             log_evidence = float(peak + np.log(np.exp(log_weights - peak).sum()))
             log_weights = log_weights - log_evidence
         return Particles(warps, self.particles.warps, log_weights, log_likelihoods), log_evidence
-
-    def _estimate(self, particles: Particles, log_evidence: float) -> FilterEstimate:
-        warp, covariance = moments(self._space, particles.warps, particles.weights)
-        return FilterEstimate(warp, covariance, particles.ess, log_evidence)
 
     def _resampled(self, particles: Particles, observation: Observation) -> Particles:
         threshold = self._config.resampling_threshold * particles.count

@@ -46,6 +46,8 @@ class LikelihoodConfig:
     """Share of the old variance kept at each update of the online estimate."""
     huber_threshold: float = 2.5
     """Residuals beyond this many sigmas count linearly."""
+    is_local_noise: bool = False
+    """Linearise each particle under the noise that its own residual shows, if that is larger."""
     shape_std: float | None = 0.01
     """Deviation of log scale, aspect and shear from the known size; None: size unknown."""
 
@@ -100,8 +102,11 @@ class TemplateObservation:
 
     def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gradient (n, 6) and information (n, 6, 6), inverse compositional as in [Kwon2014]."""
-        g, H, visible = self._matcher.linearise(self._layers, warps, self._clip)
-        worth = self._config.independent_pixel_count * visible / self._sigma**2
+        g, H, fit = self._matcher.linearise(self._layers, warps, self._clip)
+        variance = self._sigma**2
+        if self._config.is_local_noise:
+            variance = np.maximum(variance, fit[:, 1])
+        worth = self._config.independent_pixel_count * fit[:, 0] / variance
         g *= worth[:, None]
         H *= worth[:, None, None]
         return self._add_shape(warps, g, H)

@@ -83,13 +83,14 @@ class PatchMatcher:
     def linearise(
         self, layers: Layers, warps: np.ndarray, clip: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Mean J^T r (n, 6) and J^T J (n, 6, 6) over the visible samples, visible fraction (n,).
+        """Mean J^T r (n, 6) and J^T J (n, 6, 6) over the visible samples; (n, 2) their fit.
 
-        Inverse compositional, as in [Kwon2014].
+        Inverse compositional, as in [Kwon2014]. The fit is the visible fraction and the mean
+        squared residual.
         """
         gradient = np.empty((len(warps), 6))
         information = np.empty((len(warps), 6, 6))
-        visible = np.empty(len(warps))
+        fit = np.empty((len(warps), 2))
         patch_loops.linearise(
             layers.grey,
             layers.mask,
@@ -103,9 +104,9 @@ class PatchMatcher:
             self._scratch,
             gradient,
             information,
-            visible,
+            fit,
         )
-        return gradient, information, visible
+        return gradient, information, fit
 
     def patch(self, layers: Layers, warp: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normalised grey values (m,) under one warp (3, 3), and 1 (m,) where they are visible."""

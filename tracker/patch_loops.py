@@ -174,10 +174,11 @@ def linearise(
     scratch: np.ndarray,
     gradient: np.ndarray,
     information: np.ndarray,
-    visible: np.ndarray,
+    fit: np.ndarray,
 ) -> None:
-    """Mean of J^T r (n, 6) and of J^T J (n, 6, 6) over the visible samples, and their share (n,).
+    """Mean of J^T r (n, 6) and of J^T J (n, 6, 6) over the visible samples.
 
+    Into `fit` (n, 2): visible fraction and mean squared residual.
     J is that of the normalised template: mean and deviation move with the warp as well.
     `jacobian` (6, m) is of the raw template; `whole_information` (6, 6) holds if all is visible.
     """
@@ -185,18 +186,20 @@ def linearise(
     count, clip = len(values), np.float32(limit)
     for i in range(len(warps)):
         total, deviation = _residual(grey, mask, warps[i], points, values, basis, scratch)
-        visible[i] = total / count
+        fit[i, 0], fit[i, 1] = total / count, _ZERO
         if total < _ONE:
             gradient[i], information[i] = 0.0, 0.0
             continue
-        total_r, total_rT = _ZERO, _ZERO
+        total_r, total_rT, squared = _ZERO, _ZERO, _ZERO
         for m in range(count):
             r = residual[m]
+            squared += weights[m] * r * r
             r = r if r < clip else clip
             r = weights[m] * (r if r > -clip else -clip)
             residual[m] = r
             total_r += r
             total_rT += r * template[m]
+        fit[i, 1] = squared / total
         for m in range(count):  # mean and deviation move with the warp
             residual[m] -= weights[m] * (total_r + total_rT * template[m]) / total
         for j in range(6):

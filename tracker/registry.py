@@ -8,6 +8,7 @@ from tracker.backproject import BackprojectConfig
 from tracker.detection import DetectionConfig
 from tracker.filter import FilterConfig
 from tracker.likelihood import LikelihoodConfig
+from tracker.particle_box_tracker import VIDEO_FILTER, BoxTrackerConfig, GuideConfig
 from tracker.template_tracker import StatusConfig
 
 
@@ -60,6 +61,31 @@ TRACKERS: dict[str, TrackerConfig] = {
         description="control: holds the first detection and never moves", is_static=True
     ),
 }
+
+
+BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
+    "igpf": BoxTrackerConfig(
+        description="particles on Aff(2), Gaussian proposal, improved Gaussian resampling",
+        filter=replace(VIDEO_FILTER, resampling="improved-gaussian", is_estimate_late=True),
+    ),
+    "gpf": BoxTrackerConfig(
+        description="particles on Aff(2), Gaussian proposal, residual resampling",
+        filter=replace(VIDEO_FILTER, resampling="residual"),
+    ),
+    "pf": BoxTrackerConfig(
+        description="vector of affine parameters, transition prior, systematic resampling",
+        filter=replace(
+            VIDEO_FILTER, state_space="vector", proposal="prior", resampling="systematic"
+        ),
+    ),
+    "igpf-best": BoxTrackerConfig(
+        description="igpf guided by a correlation filter",
+        filter=replace(VIDEO_FILTER, resampling="improved-gaussian", is_estimate_late=True),
+        guide=GuideConfig(),
+    ),
+}
+"""For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021],
+identical but for the filter."""
 
 
 def get_tracker_config(name: str) -> TrackerConfig:

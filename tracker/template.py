@@ -58,19 +58,52 @@ class Template:
             grid: rows and columns of the samples.
         """
         grey = _grey(picture)
-        width, height = size
-        if not (math.isfinite(width) and math.isfinite(height) and min(width, height) > 0):
-            raise ValueError(f"size must be two positive numbers (width, height), got {size}")
         rows, columns = grid
         if min(rows, columns) < 4:
             raise ValueError(f"grid must have at least 4 rows and 4 columns, got {grid}")
+        values, Tu, Tv = _smooth_samples(grey, grid)
+        return cls._build(values, Tu, Tv, size, grey)
+
+    @classmethod
+    def of_samples(
+        cls, values: np.ndarray, size: tuple[float, float], texture_std: float = 1.0
+    ) -> Template:
+        """Template of smooth grey values (rows, columns) on a grid over the target.
+
+        Raises ValueError where their deviation is below `texture_std`.
+        """
+        values = np.asarray(values, float)
+        Tv, Tu = np.gradient(values)
+        spread = np.ptp(values) or 1.0
+        picture = np.round(255 * (values - values.min()) / spread).astype(np.uint8)
+        return cls._build(values, Tu, Tv, size, picture, texture_std)
+
+    def blended(self, patch: np.ndarray, share: float) -> Template:
+        """The template with a share of a normalised patch (n,) in its values."""
+        values = (1.0 - share) * self.values + share * patch
+        return Template.of_samples(values.reshape(self.shape), self.size, texture_std=0.0)
+
+    @classmethod
+    def _build(
+        cls,
+        values: np.ndarray,
+        Tu: np.ndarray,
+        Tv: np.ndarray,
+        size: tuple[float, float],
+        picture: np.ndarray,
+        texture_std: float = 1.0,
+    ) -> Template:
+        """Normalises values and their derivatives per cell (rows, columns)."""
+        width, height = size
+        if not (math.isfinite(width) and math.isfinite(height) and min(width, height) > 0):
+            raise ValueError(f"size must be two positive numbers (width, height), got {size}")
+        rows, columns = values.shape
         unit = math.sqrt(width * height)
         w, h = width / unit, height / unit
         u = ((np.arange(columns) + 0.5) / columns - 0.5) * w
         v = ((np.arange(rows) + 0.5) / rows - 0.5) * h
-        values, Tu, Tv = _smooth_samples(grey, grid)
         deviation = values.std()
-        if deviation < 1.0:
+        if deviation <= 1e-6 or deviation < texture_std:
             raise ValueError("picture must have texture: its grey values are all but equal")
         values = (values - values.mean()) / deviation
         uu, vv = np.meshgrid(u, v)
@@ -81,7 +114,7 @@ class Template:
             jacobian=J.astype(np.float32),
             shape=(rows, columns),
             size=(w, h),
-            picture=grey,
+            picture=picture,
         )
 
     def smoothing_px(self, unit_px: float) -> float:

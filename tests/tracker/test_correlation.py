@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+import videos
+
+from tracker.box_tracker import warp_of_box
+from tracker.correlation import CorrelationConfig, CorrelationFilter, Response
+
+BOX = np.array([60.0, 50.0, *videos.SIZE_PX])
+START = warp_of_box(BOX)
+UNIT_PX = START[0, 0]
+
+
+def shifted(by):
+    return START + np.array([[0, 0, by[0]], [0, 0, by[1]], [0, 0, 0]])
+
+
+@pytest.mark.parametrize("by", [(0.0, 0.0), (7.0, -5.0), (-20.0, 12.0)])
+def test_the_peak_lies_where_the_target_went(by):
+    images = videos.film([START, shifted(by)])
+    tracker = CorrelationFilter(
+        CorrelationConfig(), (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX), 48.0
+    )
+    tracker.start(images[0], START[:2, 2], UNIT_PX)
+    response = tracker.respond(images[1], START[:2, 2], UNIT_PX)
+    np.testing.assert_allclose(response.peak_px, START[:2, 2] + by, atol=1.5)
+    assert response.peak > 0.3
+    tracker.learn(images[1], response.peak_px, UNIT_PX)
+    again = tracker.respond(images[1], START[:2, 2], UNIT_PX)
+    np.testing.assert_allclose(again.peak_px, START[:2, 2] + by, atol=1.5)
+
+
+def test_scores_between_cells_are_interpolated_and_nothing_lies_outside():
+    scores = np.arange(12, dtype=np.float32).reshape(3, 4)
+    response = Response(scores, np.array([10.0, 20.0]), np.array([2.0, 4.0]))
+    points = np.array([[10.0, 20.0], [13.0, 20.0], [12.0, 26.0], [100.0, 20.0]])
+    np.testing.assert_allclose(response.at(points), [0.0, 1.5, 7.0, 0.0], atol=1e-5)
+    np.testing.assert_allclose(response.peak_px, [16.0, 28.0])
+
+
+def test_places_are_drawn_where_the_scores_are_high():
+    scores = np.zeros((5, 7), np.float32)
+    scores[1, 2], scores[4, 6] = 1.0, 0.9
+    response = Response(scores, np.array([10.0, 20.0]), np.array([2.0, 4.0]))
+    places = response.draw(4000, 20.0, np.random.default_rng(0))
+    at_first = np.abs(places - [14.0, 24.0]) <= [1.0, 2.0]
+    at_second = np.abs(places - [22.0, 36.0]) <= [1.0, 2.0]
+    shares = at_first.all(axis=1).mean(), at_second.all(axis=1).mean()
+    assert sum(shares) > 0.999
+    assert shares[0] / shares[1] == pytest.approx(np.exp(20.0 * 0.1), rel=0.15)
+
+
+@pytest.mark.parametrize("field", ["padding", "learning_rate", "regularisation", "target_width"])
+def test_bad_settings_are_refused(field):
+    with pytest.raises(ValueError, match=field):
+        CorrelationConfig(**{field: 0.0})

@@ -1,0 +1,100 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import videos
+
+from tracker import aff2
+from tracker.box_tracker import box_of_warp, warp_of_box
+from tracker.particle_box_tracker import ParticleBoxTracker
+from tracker.registry import BOX_TRACKERS
+
+BOX = np.array([60.0, 50.0, *videos.SIZE_PX])
+
+
+def drifting(count, e):
+    """Warps that start upright on BOX and move by the tangent vector e each image."""
+    start = warp_of_box(BOX)
+    return [aff2.perturb(start, k * np.array(e)) for k in range(count)]
+
+
+def small(name, **changes):
+    config = BOX_TRACKERS[name]
+    return replace(config, filter=replace(config.filter, particle_count=60), **changes)
+
+
+def follow(name, images, seed=0, box=BOX):
+    tracker = ParticleBoxTracker(small(name), np.random.default_rng(seed))
+    tracker.start(images[0], box)
+    return [tracker.update(image) for image in images[1:]]
+
+
+def test_box_and_warp_of_an_upright_target_agree():
+    warp = warp_of_box(BOX)
+    unit = np.sqrt(BOX[2] * BOX[3])
+    np.testing.assert_allclose(box_of_warp(warp, (BOX[2] / unit, BOX[3] / unit)), BOX)
+
+
+@pytest.mark.parametrize("name", BOX_TRACKERS)
+def test_a_turning_and_growing_target_is_followed(name):
+    warps = drifting(12, [0.01, 0, 0.02, 0, 0.03, 0.02])
+    estimates = follow(name, videos.film(warps))
+    error = aff2.difference(warps[-1], estimates[-1].affine.warp)
+    assert np.hypot(*error[4:]) < 0.06
+    assert abs(error[0]) < 0.06
+    assert abs(error[2]) < 0.08
+    assert estimates[-1].affine.status == "tracking"
+
+
+@pytest.mark.parametrize("name", BOX_TRACKERS)
+def test_same_seed_same_boxes(name):
+    images = videos.film(drifting(5, [0, 0, 0, 0, 0.05, 0]))
+    first, second = (np.array([e.box for e in follow(name, images, seed=3)]) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_the_guide_finds_a_target_that_jumped():
+    """By more than half its width: no particle of the template alone goes there."""
+    warps = drifting(12, [0, 0, 0, 0, 0.01, 0])
+    jump = np.array([[0, 0, 28], [0, 0, 12], [0, 0, 0]])
+    warps[6:] = [X + jump for X in warps[6:]]
+    images = videos.film(warps)
+    guided, alone = (follow(n, images)[-1].affine.warp[:2, 2] for n in ("igpf-best", "igpf"))
+    assert np.linalg.norm(guided - warps[-1][:2, 2]) < 4
+    assert np.linalg.norm(alone - warps[-1][:2, 2]) > 10
+
+
+def test_a_target_that_leaves_the_image_breaks_nothing():
+    warps = drifting(14, [0, 0, 0, 0, -0.4, 0])
+    for name in BOX_TRACKERS:
+        assert all(np.isfinite(e.box).all() for e in follow(name, videos.film(warps)))
+
+
+@pytest.mark.parametrize(
+    ("box", "message"),
+    [([60, 50, 0, 30], "area"), ([60, 50, np.nan, 30], "area"), ([60, 50, 40, -1], "area")],
+)
+def test_boxes_without_area_are_refused(box, message):
+    image = videos.film(drifting(1, np.zeros(6)))[0]
+    with pytest.raises(ValueError, match=message):
+        ParticleBoxTracker(small("igpf"), np.random.default_rng(0)).start(image, np.array(box))
+
+
+def test_a_constant_patch_is_refused():
+    with pytest.raises(ValueError, match="texture"):
+        ParticleBoxTracker(small("igpf"), np.random.default_rng(0)).start(
+            np.full((180, 240, 3), 90, np.uint8), BOX
+        )
+
+
+def test_update_before_start_is_refused():
+    with pytest.raises(ValueError, match="start"):
+        ParticleBoxTracker(small("igpf"), np.random.default_rng(0)).update(np.zeros((9, 9, 3)))
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("grid", 3), ("reach", np.inf), ("blur", 0.0), ("update_rate", 1.5)]
+)
+def test_bad_settings_are_refused(field, value):
+    with pytest.raises(ValueError, match=field):
+        replace(BOX_TRACKERS["igpf"], **{field: value})

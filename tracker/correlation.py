@@ -1,0 +1,178 @@
+"""A discriminative correlation filter: where around the last place the target looks like itself.
+
+Multi-channel, closed form per frequency, running averages of numerator and denominator: [DSST2014].
+Features are orientation histograms of gradients [HOG2005] and cell means of grey and colour. It
+knows translation only; particles know the rest of the warp.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+_CELL_PX = 4
+_BINS = 9
+
+
+@dataclass(frozen=True)
+class CorrelationConfig:
+    """Window, learning and regularisation of the correlation filter."""
+
+    padding: float = 2.5
+    """Side of the window in target sides."""
+    learning_rate: float = 0.025
+    """Share of a new image in the running averages."""
+    regularisation: float = 0.01
+    """Added to the denominator."""
+    target_width: float = 0.1
+    """Deviation of the wanted response [target sides]."""
+
+    def __post_init__(self) -> None:
+        for name in ("padding", "learning_rate", "regularisation", "target_width"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f"{name} must be a positive number, got {value!r}")
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What a correlation filter answers in one image."""
+
+    scores: np.ndarray
+    """(rows, columns) float32; about 1 where the target is as learnt."""
+    origin_px: np.ndarray
+    """(2,) x and y of the middle of the first cell."""
+    cell_px: np.ndarray
+    """(2,) width and height of a cell in the image."""
+
+    @property
+    def peak(self) -> float:
+        """Largest score."""
+        return float(self.scores.max())
+
+    @property
+    def peak_px(self) -> np.ndarray:
+        """(2,) x and y of the largest score, to a fraction of a cell."""
+        row, column = np.unravel_index(int(np.argmax(self.scores)), self.scores.shape)
+        x = column + _parabola(self.scores[row, :], int(column))
+        y = row + _parabola(self.scores[:, column], int(row))
+        return self.origin_px + np.array([x, y]) * self.cell_px
+
+    def at(self, points_px: np.ndarray) -> np.ndarray:
+        """(n,) scores at points (n, 2), bilinear; 0 outside the window."""
+        cells = ((points_px - self.origin_px) / self.cell_px).astype(np.float32)
+        return cv2.remap(
+            self.scores, cells[None, :, 0], cells[None, :, 1], cv2.INTER_LINEAR, borderValue=0
+        )[0]
+
+    def draw(self, count: int, sharpness: float, rng: np.random.Generator) -> np.ndarray:
+        """(count, 2) places drawn with density exp(sharpness * score), even inside a cell.
+
+        A clear peak takes them all; where several places compete, each gets its share.
+        """
+        cumulative = np.cumsum(np.exp(sharpness * (self.scores - self.peak).astype(float)))
+        chosen = np.searchsorted(cumulative, rng.random(count) * cumulative[-1])
+        rows, columns = np.unravel_index(chosen, self.scores.shape)
+        places = np.stack([columns, rows], axis=1) + rng.random((count, 2)) - 0.5
+        return self.origin_px + places * self.cell_px
+
+
+class CorrelationFilter:
+    """Learns one target and answers where it is; positions in pixels of BGR images."""
+
+    def __init__(
+        self, config: CorrelationConfig, size: tuple[float, float], unit_px: float
+    ) -> None:
+        """`size` is the target's width and height in template units, `unit_px` the resolution."""
+        self._config = config
+        cells = [max(8, round(config.padding * side * unit_px / _CELL_PX)) for side in size]
+        self._columns, self._rows = cells
+        self._window_units = np.array(cells) * _CELL_PX / unit_px
+        self._taper = np.outer(
+            np.hanning(self._rows + 2)[1:-1], np.hanning(self._columns + 2)[1:-1]
+        )
+        sigma = config.target_width * unit_px / _CELL_PX
+        self._wanted = np.fft.rfft2(_gaussian(self._rows, self._columns, sigma)).conj()
+        self._numerator = self._denominator = np.zeros(0)
+
+    def start(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> None:
+        """Learns the target at `centre_px` (2,), where a template unit has `unit_px`."""
+        self._numerator, self._denominator = self._train(image, centre_px, unit_px)
+
+    def learn(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> None:
+        """Adds one more view of the target."""
+        rate = self._config.learning_rate
+        numerator, denominator = self._train(image, centre_px, unit_px)
+        self._numerator = (1 - rate) * self._numerator + rate * numerator
+        self._denominator = (1 - rate) * self._denominator + rate * denominator
+
+    def respond(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> Response:
+        """Scores in a window around `centre_px` (2,)."""
+        spectrum = self._spectrum(image, centre_px, unit_px)
+        quotient = (self._numerator * spectrum).sum(axis=0) / self._denominator
+        scores = np.fft.irfft2(quotient, (self._rows, self._columns))
+        scores = np.fft.fftshift(scores).astype(np.float32)
+        cell_px = self._window_units * unit_px / [self._columns, self._rows]
+        first = -(np.array([self._columns, self._rows]) // 2)
+        return Response(scores, np.asarray(centre_px) + first * cell_px, cell_px)
+
+    def _train(
+        self, image: np.ndarray, centre_px: np.ndarray, unit_px: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        spectrum = self._spectrum(image, centre_px, unit_px)
+        energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
+        return self._wanted.conj() * spectrum.conj(), energy + self._config.regularisation
+
+    def _spectrum(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> np.ndarray:
+        """(channels, rows, columns // 2 + 1) of the tapered features around `centre_px`."""
+        size = (self._columns * _CELL_PX, self._rows * _CELL_PX)
+        scale = self._window_units * unit_px / size
+        corner = np.asarray(centre_px) - 0.5 * (np.array(size) - 1) * scale
+        to_image = np.array([[scale[0], 0, corner[0]], [0, scale[1], corner[1]]])
+        patch = cv2.warpAffine(
+            image,
+            to_image,
+            size,
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+        return np.fft.rfft2(features(patch) * self._taper)
+
+
+def features(patch: np.ndarray) -> np.ndarray:
+    """(12, rows / 4, columns / 4) orientation histograms and cell means of a BGR patch, uint8."""
+    rows, columns = patch.shape[0] // _CELL_PX, patch.shape[1] // _CELL_PX
+    lab = cv2.cvtColor(patch, cv2.COLOR_BGR2Lab).astype(np.float32)
+    grey = lab[..., 0]
+    dx = cv2.Sobel(grey, cv2.CV_32F, 1, 0, ksize=1)
+    dy = cv2.Sobel(grey, cv2.CV_32F, 0, 1, ksize=1)
+    size, angle = cv2.cartToPolar(dx, dy)
+    place = angle * (_BINS / np.pi)
+    out = np.empty((_BINS + 3, rows, columns), np.float32)
+    for k in range(_BINS):
+        away = np.abs(np.remainder(place - k + 0.5 * _BINS, _BINS) - 0.5 * _BINS)
+        part = size * np.maximum(1.0 - away, 0.0)
+        out[k] = cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA)
+    energy = cv2.blur((out[:_BINS] ** 2).sum(axis=0), (3, 3))
+    out[:_BINS] = np.minimum(out[:_BINS] / np.sqrt(energy + 1.0), 0.6)
+    means = cv2.resize(lab, (columns, rows), interpolation=cv2.INTER_AREA) / 255.0
+    out[_BINS:] = np.moveaxis(means - means.mean(axis=(0, 1)), -1, 0)
+    return out
+
+
+def _gaussian(rows: int, columns: int, sigma: float) -> np.ndarray:
+    """(rows, columns) response with its peak of 1 at the first element, wrapped around."""
+    y, x = (np.fft.fftfreq(n, 1.0 / n) for n in (rows, columns))
+    return np.exp(-0.5 * (x[None, :] ** 2 + y[:, None] ** 2) / sigma**2)
+
+
+def _parabola(line: np.ndarray, place: int) -> float:
+    """Offset of the peak of the parabola through a maximum and its neighbours, within 1/2."""
+    if not 0 < place < len(line) - 1:
+        return 0.0
+    left, middle, right = (float(v) for v in line[place - 1 : place + 2])
+    bend = left - 2 * middle + right
+    return 0.5 * (left - right) / bend if bend < 0 else 0.0
