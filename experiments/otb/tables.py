@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -145,20 +146,14 @@ def affine_table(results: OtbResults) -> Table | None:
             files = sorted((results.path / "affine" / protocol / tracker).glob("*/*.csv"))
             if files:
                 rows.append({"protocol": protocol, "tracker": tracker} | _affine_measures(files))
-    columns = (
-        [Column(name, lambda row, name=name: str(row[name])) for name in list(rows[0])[:3]]
-        if rows
-        else []
-    )
-    for key, label, factor, digits in _AFFINE_COLUMNS:
-        columns.append(
-            Column(
-                f"{label} median / mean",
-                lambda row, key=key, factor=factor, digits=digits: _show_both(
-                    row, key, factor, digits
-                ),
-            )
-        )
+    columns = [
+        Column(name, lambda row, name=name: str(row[name]))
+        for name in ("protocol", "tracker", "frames")
+    ]
+    columns += [
+        Column(f"{label} median, mean", partial(_show_both, key=key, factor=factor, digits=digits))
+        for key, label, factor, digits in _AFFINE_COLUMNS
+    ]
     return Table(tuple(rows), tuple(columns)) if rows else None
 
 
@@ -185,4 +180,4 @@ def _show_both(row: TableRow, key: str, factor: float, digits: int) -> str:
     both = row[f"median_{key}"], row[f"mean_{key}"]
     if both[0] is None or both[1] is None:
         return "-"
-    return " / ".join(show_number(factor * value, digits) for value in both)
+    return ", ".join(show_number(factor * value, digits) for value in both)

@@ -38,6 +38,12 @@ def folder(tmp_path, paint):
     return out
 
 
+@pytest.fixture
+def without_figures(monkeypatch):
+    """Drawing takes long."""
+    monkeypatch.setattr("experiments.otb.figures.write_figures", lambda *_: [])
+
+
 def test_means_are_over_seeds_then_sequences_and_gains_over_gpf(folder):
     """gpf: 4 of 8 frames on both. igpf: (8/8 + 4/8)/2 on A, (1/8 + 4/8)/2 on B: 0.53125."""
     table = score_table(read_results(folder, None), "dp")
@@ -54,7 +60,7 @@ def test_means_are_over_seeds_then_sequences_and_gains_over_gpf(folder):
     assert score_table(read_results(folder, None), "dp").rows == table.rows
 
 
-def test_means_are_over_sequences_that_all_have_finished(folder):
+def test_means_are_over_sequences_that_all_have_finished(folder, without_figures):
     (folder / "boxes" / "ope" / "gpf" / "0" / "B.csv").unlink()
     results = read_results(folder, None)
     assert results.sequences("ope") == ["A"]
@@ -78,13 +84,13 @@ def test_a_report_has_tables_and_figures_and_repeats(folder):
     assert "| FM | 1 | igpf | 0.312 | 0.298 |" in attributes
 
 
-def test_a_report_needs_no_images(folder):
+def test_a_report_needs_no_images(folder, without_figures):
     for path in (folder.parent / "root").glob("*/img/*"):
         path.unlink()
     assert write_report(folder).paths
 
 
-def test_affine_errors_are_over_visible_frames(folder):
+def test_affine_errors_are_over_visible_frames(folder, without_figures):
     path = folder / "affine" / "ope" / "igpf" / "0" / "A.csv"
     path.parent.mkdir(parents=True)
     rows = ["1,2,1,0.1,0,-0.2,0,6,50,,,1\n", "1,3,3,-0.3,0,0.4,0,8,70,,,0.5\n"]

@@ -48,9 +48,17 @@ def test_seeds_sequences_and_protocols_have_draws_of_their_own(finished):
     assert len(set(found.values())) == len(found)
 
 
-def test_two_workers_and_a_resumed_run_leave_the_same_bytes(finished, tmp_path):
+def copied(finished, folder):
+    """A copy of the finished folder that knows where the sequences are."""
     request, out = finished
-    copy = shutil.copytree(out, tmp_path / "copy")
+    copy = shutil.copytree(out, folder)
+    content = json.loads((copy / "manifest.json").read_text())
+    (copy / "manifest.json").write_text(json.dumps(content | {"root": str(request.root)}))
+    return request, out, copy
+
+
+def test_two_workers_and_a_resumed_run_leave_the_same_bytes(finished, tmp_path):
+    request, out, copy = copied(finished, tmp_path / "copy")
     for path in (copy / "boxes" / "ope").rglob("*.csv"):
         path.unlink()
     (copy / "boxes" / "tre" / "pf" / "0" / ".One.csv.new").write_text("torn")
@@ -61,16 +69,15 @@ def test_two_workers_and_a_resumed_run_leave_the_same_bytes(finished, tmp_path):
 
 
 def test_results_of_other_sequences_or_settings_do_not_mix(finished, tmp_path):
-    request, out = finished
-    copy = shutil.copytree(out, tmp_path / "sub" / "copy")
-    with pytest.raises(ValueError, match="holds results of the sequences in"):
-        run_otb(request, copy, 1)  # the root is told from the folder, which has moved
-    content = json.loads((out / "manifest.json").read_text())
-    content["settings"]["pf"] = "of yesterday"
-    content["root"] = str(request.root)
-    (copy / "manifest.json").write_text(json.dumps(content))
-    with pytest.raises(ValueError, match="holds results of other settings of 'pf'"):
-        run_otb(request, copy, 1)
+    request, _, copy = copied(finished, tmp_path / "copy")
+    content = json.loads((copy / "manifest.json").read_text())
+    for change, message in (
+        ({"root": "../elsewhere"}, "holds results of the sequences in .*/elsewhere"),
+        ({"settings": {"pf": "of yesterday"}}, "holds results of other settings of 'pf'"),
+    ):
+        (copy / "manifest.json").write_text(json.dumps(content | change))
+        with pytest.raises(ValueError, match=message):
+            run_otb(request, copy, 1)
     (copy / "manifest.json").unlink()
     with pytest.raises(ValueError, match=r"holds boxes without their manifest.json"):
         run_otb(request, copy, 1)
