@@ -14,6 +14,8 @@ from experiments.presets import PRESETS
 @cache
 def catalogue() -> dict[str, dict[str, str]]:
     """Kind -> name -> description; imports the simulation, so it takes a second."""
+    from experiments.otb.contestants import CONTESTANTS
+    from experiments.otb.protocols import PROTOCOLS
     from experiments.perception import CONTROL_ARMS
     from sim.camera import CAMERAS
     from sim.degradations import CONDITIONS
@@ -29,6 +31,8 @@ def catalogue() -> dict[str, dict[str, str]]:
         "conditions": _descriptions(CONDITIONS),
         "predictors": _descriptions(PREDICTORS),
         "presets": _descriptions(PRESETS),
+        "video trackers": _descriptions(CONTESTANTS),
+        "protocols": _descriptions(PROTOCOLS),
     }
 
 

@@ -1,4 +1,4 @@
-"""The command `beltgrasp`: one attempt, a sweep of many, tables and figures of their results."""
+"""The command `beltgrasp`: one attempt, a sweep of many, their tables and figures, and OTB."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ import tyro
 from tyro.conf import Positional, arg, subcommand
 
 from experiments.config import TrialConfig
+from experiments.otb.commands import Otb
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
@@ -35,10 +36,10 @@ class Trial:
 
     def run(self) -> int:
         """Exit code 0, or 1 for an attempt that crashed; a failed grasp is no crash."""
-        from experiments import manifest, workers
+        from experiments import manifest, processes, workers
         from experiments.summary import summary_lines
 
-        workers.limit_threads()
+        processes.limit_threads()
         _check_worlds([self.config])
         if self.video is not None:
             self.video.parent.mkdir(parents=True, exist_ok=True)
@@ -153,6 +154,7 @@ Command: TypeAlias = (
     | Annotated[Report, subcommand("report")]
     | Annotated[List, subcommand("list")]
     | Annotated[View, subcommand("view")]
+    | Annotated[Otb, subcommand("otb")]
 )
 
 
@@ -199,7 +201,7 @@ def _check_worlds(cells: Sequence[TrialConfig]) -> None:
     gl_renderer()
 
 
-def _parse(arguments: Sequence[str]) -> Trial | Sweep | Report | List | View | int:
+def _parse(arguments: Sequence[str]) -> Command | int:
     """The command, or the exit code of a command line that ends at once."""
     complaint = io.StringIO()
     try:

@@ -81,13 +81,13 @@ def write_figures(folder: Path, results: Sequence[TrialResult]) -> list[Path]:
         success, outcomes = draw_success(results), draw_outcomes(results)
         paths = [folder / "success_vs_speed.png", folder / "success_vs_speed.pdf"]
         for path in paths:
-            _save(success, path)
+            save_figure(success, path)
         paths.append(folder / "outcomes.png")
-        _save(outcomes, paths[-1])
+        save_figure(outcomes, paths[-1])
     return paths
 
 
-def _save(figure: Figure, path: Path) -> None:
+def save_figure(figure: Figure, path: Path) -> None:
     """Saves without date and version, so that equal results give equal files."""
     undated = {"CreationDate": None} if path.suffix == ".pdf" else {"Software": None}
     figure.savefig(path, metadata=undated)

@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
+from experiments import records
 from experiments.presets import Preset
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -85,34 +86,35 @@ def open_manifest(folder: Path, preset: Preset, worker_count: int) -> None:
 
     Raises ValueError where the folder belongs to another preset or holds foreign results.
     """
-    path = folder / "manifest.json"
     manifest = read_manifest(folder)
     sessions: list[Any] = [] if manifest is None else manifest.get("sessions", [])
     if manifest is None:
         if (folder / "trials.csv").exists():
-            raise ValueError(f"{folder} holds a trials.csv without its manifest.json; {_OTHER}")
+            raise ValueError(
+                f"{folder} holds a trials.csv without its manifest.json; {OTHER_FOLDER}"
+            )
         manifest = _identity(preset)
     elif manifest.get("preset") != preset.name:
         raise ValueError(
             f"{folder} holds results of preset {manifest.get('preset')!r}, "
-            f"not of {preset.name!r}; {_OTHER}"
+            f"not of {preset.name!r}; {OTHER_FOLDER}"
         )
     elif manifest.get("config_hash") != config_hash(preset):
         raise ValueError(
             f"{folder} holds results of another version of preset {preset.name!r}: "
-            f"its cells or seeds have changed; {_OTHER}"
+            f"its cells or seeds have changed; {OTHER_FOLDER}"
         )
-    _write_atomically(path, manifest | {"sessions": [*sessions, _session(worker_count)]})
+    write_manifest(folder, manifest | {"sessions": [*sessions, session(worker_count)]})
 
 
-_OTHER = "choose another folder or remove this one"
+OTHER_FOLDER = "choose another folder or remove this one"
 
 
 def close_manifest(folder: Path, gl_renderers: Sequence[str]) -> None:
     """Notes that the sweep is complete, and what rendered its images."""
     manifest = read_manifest(folder) or {}
     manifest |= {"gl_renderers": sorted(set(gl_renderers)), "finished_utc": _utc_now()}
-    _write_atomically(folder / "manifest.json", manifest)
+    write_manifest(folder, manifest)
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
@@ -129,6 +131,21 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     return cast(dict[str, Any], manifest)
 
 
+def warn_of_mixed_code(folder: Path) -> None:
+    """Says so where rows of a resumed folder come from other code than this."""
+    sessions = (read_manifest(folder) or {}).get("sessions", [])
+    now = str(code_version())
+    others = {f"{s['commit']}{'-dirty' if s['is_dirty'] else ''}" for s in sessions} - {now}
+    if others:
+        found = ", ".join(sorted(others))
+        print(f"note: earlier rows in {folder} are of code {found}, not {now}", file=sys.stderr)
+
+
+def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
+    """Replaces the manifest of a results folder in one step."""
+    records.write_whole(folder / "manifest.json", json.dumps(manifest, indent=2) + "\n")
+
+
 def _identity(preset: Preset) -> dict[str, Any]:
     return {
         "preset": preset.name,
@@ -139,7 +156,7 @@ def _identity(preset: Preset) -> dict[str, Any]:
     }
 
 
-def _session(worker_count: int) -> dict[str, Any]:
+def session(worker_count: int) -> dict[str, Any]:
     """One run of the command: a resumed sweep has several."""
     version = code_version()
     return {
@@ -168,13 +185,3 @@ def _cpu_model() -> str:
 
 def _utc_now() -> str:
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-
-
-def _write_atomically(path: Path, manifest: dict[str, Any]) -> None:
-    """Replaces the file in one step, so that a kill leaves the old or the new one, whole."""
-    temporary = path.with_suffix(".json.new")
-    with temporary.open("w") as file:
-        file.write(json.dumps(manifest, indent=2) + "\n")
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, path)

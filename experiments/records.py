@@ -66,6 +66,16 @@ def append_line(path: Path, line: str) -> None:
         os.close(descriptor)
 
 
+def write_whole(path: Path, text: str) -> None:
+    """Replaces the file in one step, so that a kill leaves the old or the new one, whole."""
+    new = path.with_name(f".{path.name}.new")
+    with new.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(new, path)
+
+
 def append_row(path: Path, row: TrialResult | TrialTimings) -> None:
     """Adds one row, and the header before the first one; a torn last line is cut off first."""
     if not whole_lines(path, cut=True):

@@ -20,18 +20,25 @@ class Stream(enum.IntEnum):
     SCENE = 0
     SENSOR = 1
     TRACKER = 2
+    VIDEO = 3
+    """A tracker's draws on a video sequence; the place is protocol, sequence and run."""
+    BOOTSTRAP = 4
 
 
-def seed_sequence(seed: int, stream: Stream) -> np.random.SeedSequence:
-    """The address of one stream, independent of every other address."""
+def seed_sequence(seed: int, stream: Stream, place: str = "") -> np.random.SeedSequence:
+    """The address of one stream, independent of every other address.
+
+    `place` tells streams of one kind apart: its UTF-8 bytes, read as one number, end the address.
+    """
     if seed < 0:
         raise ValueError(f"seed must be 0 or greater, got {seed}")
-    return np.random.SeedSequence(BENCHMARK_ENTROPY, spawn_key=(seed, int(stream)))
+    number = (int.from_bytes(place.encode(), "big"),) if place else ()
+    return np.random.SeedSequence(BENCHMARK_ENTROPY, spawn_key=(seed, int(stream), *number))
 
 
-def generator(seed: int, stream: Stream) -> np.random.Generator:
+def generator(seed: int, stream: Stream, place: str = "") -> np.random.Generator:
     """A fresh generator at the start of the stream."""
-    return np.random.Generator(np.random.PCG64(seed_sequence(seed, stream)))
+    return np.random.Generator(np.random.PCG64(seed_sequence(seed, stream, place)))
 
 
 def random_state(seed: int, stream: Stream) -> np.random.RandomState:

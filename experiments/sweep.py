@@ -59,7 +59,7 @@ def run_sweep(
         raise ValueError(f"workers must be 1 or greater, got {workers}")
     with exclusive(out_dir):
         manifest.open_manifest(out_dir, preset, workers)
-        _warn_of_mixed_code(out_dir)
+        manifest.warn_of_mixed_code(out_dir)
         folder = ResultsFolder(out_dir, [trial.trial_id for trial in preset.trials])
         _announce(preset, folder, workers)
         try:
@@ -83,16 +83,6 @@ def describe(preset: Preset) -> str:
     """Size of a preset in words."""
     cells, seeds, trials = len(preset.cells), len(preset.seeds), len(preset.trials)
     return f"{cells} cells x {seeds} seed{'s' * (seeds > 1)} = {trials} trials"
-
-
-def _warn_of_mixed_code(out_dir: Path) -> None:
-    """Rows of a resumed sweep may come from other code; each row names its own."""
-    sessions = (manifest.read_manifest(out_dir) or {}).get("sessions", [])
-    now = str(manifest.code_version())
-    others = {f"{s['commit']}{'-dirty' if s['is_dirty'] else ''}" for s in sessions} - {now}
-    if others:
-        found = ", ".join(sorted(others))
-        print(f"note: earlier rows in {out_dir} are of code {found}, not {now}", file=sys.stderr)
 
 
 def _announce(preset: Preset, folder: ResultsFolder, workers: int) -> None:

@@ -103,6 +103,7 @@ def parser(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.setattr(cli.Sweep, "run", check_sweep)
     monkeypatch.setattr(cli.Report, "run", lambda self: 0)
     monkeypatch.setattr(cli.List, "run", lambda self: 0)
+    monkeypatch.setattr(cli.Otb, "run", lambda self: 0)
     return cli
 
 

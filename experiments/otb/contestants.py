@@ -18,7 +18,9 @@ class Contestant:
     description: str
     make: Callable[[np.random.Generator], BoxTracker]
     is_random: bool = True
-    """Whether the answer depends on the seed; others run once."""
+    """Whether the answer depends on the seed; others run with seed 0 only."""
+    settings: str = ""
+    """All that determines its answers beside the code; results of other settings do not mix."""
 
 
 def _particle_filter(name: str) -> Contestant:
@@ -26,7 +28,9 @@ def _particle_filter(name: str) -> Contestant:
     base = BoxTrackerConfig()
     parts = {part: getattr(row.filter, part) for part in ("state_space", "proposal", "resampling")}
     config = replace(base, filter=replace(base.filter, **parts))
-    return Contestant(row.description, lambda rng: TemplateBoxTracker(config, rng))
+    return Contestant(
+        row.description, lambda rng: TemplateBoxTracker(config, rng), settings=repr(config)
+    )
 
 
 CONTESTANTS: dict[str, Contestant] = {

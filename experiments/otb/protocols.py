@@ -1,6 +1,7 @@
 """OPE, TRE and SRE: which part of a sequence a tracker runs on, and from which box.
 
-One-pass, temporal and spatial robustness evaluation [OTB2015], by the benchmark's reference code.
+One-pass, temporal and spatial robustness evaluation [OTB2015]. Where the paper is short, the
+benchmark's MATLAB code is the reference (`splitSeqTRE`, `shiftInitBB`), rounding included.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from experiments.otb.images import SequenceError
 from experiments.otb.sequences import VideoSequence
 
 TRE_SEGMENTS = 20
@@ -31,6 +33,30 @@ class Run:
     """(4,) x, y, w, h given to the tracker on that frame; x and y 1-based."""
 
 
+@dataclass(frozen=True)
+class EvaluationProtocol:
+    """A way to start trackers on a sequence."""
+
+    description: str
+    starts: Callable[[VideoSequence], list[Run]]
+
+
+def runs_of(protocol: str, sequence: VideoSequence) -> list[Run]:
+    """The runs of a protocol; SequenceError for a start from a box that shows no pixel."""
+    runs = PROTOCOLS[protocol].starts(sequence)
+    width, height = sequence.size_px
+    for run in runs:
+        x, y, w, h = (float(value) for value in run.box)
+        box = f"{sequence.line(run.first)}: the box {x:g},{y:g},{w:g},{h:g} that {protocol} starts"
+        if not (math.isfinite(x + y + w + h) and w > 0 and h > 0):
+            raise SequenceError(f"{box} from ({run.name}) has no area")
+        if x >= width + 1 or y >= height + 1 or x + w <= 1 or y + h <= 1:
+            raise SequenceError(
+                f"{box} from ({run.name}) is outside the image of {width} x {height} px"
+            )
+    return runs
+
+
 def one_pass(sequence: VideoSequence) -> list[Run]:
     """One run from the first box."""
     return [Run("1", 0, sequence.boxes[0])]
@@ -39,57 +65,68 @@ def one_pass(sequence: VideoSequence) -> list[Run]:
 def temporal(sequence: VideoSequence) -> list[Run]:
     """Twenty runs from frames spread over the sequence, each to its end.
 
-    Starts are taken from the frames with a valid box; the last has at least 20 frames to go.
+    Starts are taken from the m frames with a valid box, outside the stretches where none may
+    start, with at least 20 frames to go: `[floor(1 : m/19 : m), m]`. So the first run is that of
+    OPE, and fewer than 19 such frames give fewer runs, some of them twice. Without any (the
+    reference code fails) there is one pass.
     """
-    usable = np.flatnonzero((sequence.boxes > 0).all(axis=1))
-    is_long = len(sequence) - usable >= TRE_MIN_FRAMES
-    last = int(np.count_nonzero(is_long))
-    if last < 1:
+    is_usable = (sequence.boxes > 0).all(axis=1)
+    for first, last in sequence.no_start:
+        is_usable[max(first - 1, 0) : max(last, 0)] = False
+    is_usable[max(len(sequence) - TRE_MIN_FRAMES + 1, 0) :] = False
+    usable = np.flatnonzero(is_usable)
+    m, steps = len(usable), TRE_SEGMENTS - 1
+    if m == 0:
         return one_pass(sequence)
-    step = last / (TRE_SEGMENTS - 1)
-    places = [math.floor(1 + k * step) for k in range(TRE_SEGMENTS - 1)]
-    starts = dict.fromkeys(int(usable[place - 1]) for place in [*places, last])
+    places = [k * m // steps for k in range(steps) if k * m <= steps * (m - 1)]
+    starts = [int(usable[place]) for place in [*places, m - 1]]
     return [Run(str(k), first, sequence.boxes[first]) for k, first in enumerate(starts, start=1)]
 
 
 def spatial(sequence: VideoSequence) -> list[Run]:
     """Twelve runs from the first frame with a disturbed box.
 
-    The centre moves by 10 % in four directions; one of the four corners moves outward by 10 %; the
-    box is scaled about its centre by 0.8, 0.9, 1.1 and 1.2. All are clipped to the image.
+    The box moves by 10 % in four directions; or grows by 10 % at one of the four corners; or is
+    scaled about its centre by 0.8, 0.9, 1.1 and 1.2. Then it is clipped to the image.
     """
-    x, y, w, h = sequence.boxes[0]
-    dx, dy = math.ceil(SRE_SHIFT * w), math.ceil(SRE_SHIFT * h)
-    boxes = {
-        "left": (x - dx, y, w, h),
-        "right": (x + dx, y, w, h),
-        "up": (x, y - dy, w, h),
-        "down": (x, y + dy, w, h),
-        "top-left": (x - dx, y - dy, w + dx, h + dy),
-        "top-right": (x, y - dy, w + dx, h + dy),
-        "bottom-left": (x - dx, y, w + dx, h + dy),
-        "bottom-right": (x, y, w + dx, h + dy),
+    x, y, w, h = (float(value) for value in sequence.boxes[0])
+    step_x, step_y = math.ceil(SRE_SHIFT * w), math.ceil(SRE_SHIFT * h)
+    left, top = _round(x - SRE_SHIFT * w), _round(y - SRE_SHIFT * h)
+    right = _round(x + w - 1 + SRE_SHIFT * w) + 1
+    bottom = _round(y + h - 1 + SRE_SHIFT * h) + 1
+    boxes: dict[str, tuple[float, ...]] = {
+        "left": (x - step_x, y, w, h),
+        "right": (x + step_x, y, w, h),
+        "up": (x, y - step_y, w, h),
+        "down": (x, y + step_y, w, h),
+        "top-left": (left, top, x + w - left, y + h - top),
+        "top-right": (x, top, right - x, y + h - top),
+        "bottom-left": (left, y, x + w - left, bottom - y),
+        "bottom-right": (x, y, right - x, bottom - y),
     }
     for scale in SRE_SCALES:
-        size = np.array([round(scale * w), round(scale * h)])
-        corner = np.round(np.array([x, y]) + (np.array([w, h]) - size) / 2)
-        boxes[f"scale-{scale:g}"] = (*corner, *size)
-    height, width = sequence.image(0).shape[:2]
-    return [
-        Run(name, 0, _clipped(np.array(box, float), width, height)) for name, box in boxes.items()
-    ]
+        corner = x + w / 2 - scale * w / 2, y + h / 2 - scale * h / 2
+        boxes[f"scale-{scale:g}"] = tuple(map(_round, (*corner, scale * w, scale * h)))
+    return [Run(name, 0, _clipped(box, sequence.size_px)) for name, box in boxes.items()]
 
 
-PROTOCOLS: dict[str, Callable[[VideoSequence], list[Run]]] = {
-    "ope": one_pass,
-    "tre": temporal,
-    "sre": spatial,
+PROTOCOLS = {
+    "ope": EvaluationProtocol("one pass from the first true box", one_pass),
+    "tre": EvaluationProtocol("20 runs from frames spread over the sequence", temporal),
+    "sre": EvaluationProtocol("12 runs from a shifted or scaled first box", spatial),
 }
-"""One-pass, temporal and spatial robustness evaluation."""
 
 
-def _clipped(box: np.ndarray, width_px: int, height_px: int) -> np.ndarray:
-    """The part of a 1-based box that lies in the image."""
-    low = np.maximum(box[:2], 1.0)
-    high = np.minimum(box[:2] + box[2:], [width_px + 1.0, height_px + 1.0])
-    return np.concatenate([low, np.maximum(high - low, 1.0)])
+def _round(value: float) -> float:
+    """To the nearest integer, halves away from zero, as MATLAB does."""
+    return math.copysign(math.floor(abs(value) + 0.5), value)
+
+
+def _clipped(box: tuple[float, ...], size_px: tuple[int, int]) -> np.ndarray:
+    """A 1-based box that starts in the image and ends in it.
+
+    Moved in at the left and the top, where it keeps its size; cut off at the right and the bottom.
+    """
+    x, y, w, h = box
+    x, y = max(x, 1.0), max(y, 1.0)
+    return np.array([x, y, min(w, size_px[0] - x + 1), min(h, size_px[1] - y + 1)])

@@ -1,84 +1,164 @@
-"""Runs trackers over sequences by a protocol; one file of boxes for each, so that runs resume.
-
-`DIR/boxes/PROTOCOL/TRACKER/SEED/SEQUENCE.csv` has a line `run,frame,x,y,w,h` for each frame, x and
-y 1-based as in the ground truth. A file is there when its sequence is done, and never half.
-"""
+"""Runs trackers over a folder of sequences; the same command again resumes, file by file."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-from collections.abc import Generator, Sequence
+import contextlib
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from tqdm import tqdm
 
+from experiments.catalogue import require_known
+from experiments.otb import folder
 from experiments.otb.contestants import CONTESTANTS
-from experiments.otb.protocols import PROTOCOLS, Run
-from experiments.otb.sequences import VideoSequence, load_sequence
-from tracker.box_tracker import BoxTracker
+from experiments.otb.images import SequenceError
+from experiments.otb.jobs import Job, plan
+from experiments.otb.protocols import PROTOCOLS
+from experiments.otb.selection import select
+from experiments.otb.sequences import (
+    VideoSequence,
+    find_sequences,
+    load_sequence,
+    read_attributes,
+)
+from experiments.otb.tracking import Done, Tracking
+from experiments.processes import Lost, run_all
+from experiments.results_folder import exclusive
 
 
 @dataclass(frozen=True)
-class Job:
-    """One tracker with one seed on one sequence by one protocol."""
+class OtbRun:
+    """What to run."""
 
     root: Path
-    sequence: str
-    tracker: str
-    protocol: str
-    seed: int
+    trackers: tuple[str, ...]
+    protocols: tuple[str, ...]
+    seed_count: int = 1
+    wanted: tuple[tuple[str, str], ...] = ()
+    """Sequences, attributes or TB-50, and where each word stands; all sequences if empty."""
 
-    def path(self, out: Path) -> Path:
-        """Where its boxes go."""
-        folder = out / "boxes" / self.protocol / self.tracker / str(self.seed)
-        return folder / f"{self.sequence}.csv"
-
-
-def run_jobs(
-    jobs: Sequence[Job], out: Path, workers: int
-) -> Generator[tuple[Job, str | None], None, None]:
-    """Runs the jobs and yields each with None, or with the one line that says why it failed."""
-    context = multiprocessing.get_context("spawn")
-    with context.Pool(workers, initializer=_one_thread) as pool:
-        yield from pool.imap_unordered(_Work(out), jobs)
+    def __post_init__(self) -> None:
+        for tracker in self.trackers:
+            require_known("tracker", tracker, CONTESTANTS)
+        for protocol in self.protocols:
+            require_known("protocol", protocol, PROTOCOLS)
+        for name in ("trackers", "protocols"):
+            if not getattr(self, name):
+                raise ValueError(f"{name} must name one at least")
+        if self.seed_count < 1:
+            raise ValueError(f"seeds must be 1 or greater, got {self.seed_count}")
 
 
-@dataclass(frozen=True)
-class _Work:
-    out: Path
+class Complaints:
+    """One line on stderr for each thing that went wrong, told once."""
 
-    def __call__(self, job: Job) -> tuple[Job, str | None]:
+    def __init__(self) -> None:
+        self._told: set[str] = set()
+
+    def __len__(self) -> int:
+        return len(self._told)
+
+    def tell(self, complaint: str) -> None:
+        """Prints the line above the progress bar, unless it is there already."""
+        line = " ".join(complaint.split())
+        if line not in self._told:
+            self._told.add(line)
+            tqdm.write(f"beltgrasp: error: {line}", file=sys.stderr)
+
+
+def run_otb(request: OtbRun, out: Path, workers: int) -> tuple[int, int]:
+    """Runs what `out` lacks; the numbers of jobs that are done and of things that went wrong.
+
+    Args:
+        request: What to run. Trackers, protocols, seeds and sequences may differ from those of
+            earlier calls with the same folder; the root and the settings of a tracker may not.
+        out: Results folder.
+        workers: Number of worker processes; the files do not depend on it.
+    """
+    if workers < 1:
+        raise ValueError(f"workers must be 1 or greater, got {workers}")
+    complaints = Complaints()
+    sequences = _load(request, complaints)
+    jobs, unable = plan(sequences, request.trackers, request.protocols, request.seed_count)
+    for complaint in unable:
+        complaints.tell(complaint)
+    if jobs:
+        with exclusive(out):
+            folder.open_manifest(out, request.root, request.trackers, workers)
+            _run_missing(jobs, out, workers, complaints)
+    return sum(job.boxes_path(out).exists() for job in jobs), len(complaints)
+
+
+def _load(request: OtbRun, complaints: Complaints) -> list[VideoSequence]:
+    """The sequences that were asked for; a complaint about each that cannot be used."""
+    found = find_sequences(request.root)
+    names = list(found)
+    if request.wanted:
+        names, unknown = select(_attributes(found), request.wanted)
+        for complaint in unknown:
+            complaints.tell(complaint)
+    sequences: list[VideoSequence] = []
+    for name in names:
         try:
-            sequence = load_sequence(job.root / job.sequence)
-            text = "".join(
-                f"{run.name},{run.first + k},{','.join(f'{v:.4f}' for v in box)}\n"
-                for number, run in enumerate(PROTOCOLS[job.protocol](sequence))
-                for k, box in enumerate(track(job, sequence, run, number))
-            )
-        except ValueError as error:
-            return job, f"{job.sequence}: {error}"
-        path = job.path(self.out)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_suffix(f".{os.getpid()}.part")
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-        return job, None
+            sequences.append(load_sequence(name, found[name]))
+        except SequenceError as error:
+            complaints.tell(f"{name}: {error}")
+    for sequence in sequences:
+        if sequence.spare_image_count:
+            line = sequence.line(len(sequence) - 1)
+            spare = f"{sequence.spare_image_count} images have no box and do not count"
+            print(f"note: {sequence.name}: {line} is the last: {spare}", file=sys.stderr)
+    return sequences
 
 
-def track(job: Job, sequence: VideoSequence, run: Run, number: int) -> np.ndarray:
-    """(n, 4) boxes of one run, 1-based, from its first frame to the end of the sequence."""
-    rng = np.random.default_rng([job.seed, number])
-    tracker: BoxTracker = CONTESTANTS[job.tracker].make(rng)
-    tracker.start(sequence.image(run.first), run.box - [1, 1, 0, 0])
-    boxes = [run.box]
-    for index in range(run.first + 1, len(sequence)):
-        boxes.append(tracker.update(sequence.image(index)) + [1, 1, 0, 0])
-    return np.array(boxes)
+def _attributes(found: Mapping[str, Path]) -> dict[str, tuple[str, ...]]:
+    """Challenges of each sequence; none for one whose list is faulty, which loading it tells."""
+    tags: dict[str, tuple[str, ...]] = dict.fromkeys(found, ())
+    for name, path in found.items():
+        with contextlib.suppress(SequenceError):
+            tags[name] = read_attributes(name, path.parent)
+    return tags
 
 
-def _one_thread() -> None:
-    import cv2
+def _run_missing(jobs: Sequence[Job], out: Path, workers: int, complaints: Complaints) -> None:
+    missing = [job for job in jobs if not job.boxes_path(out).exists()]
+    _announce(jobs, missing, workers)
+    answers = run_all(Tracking(out), missing, workers)
+    with contextlib.closing(answers), _progress_bar(jobs, missing) as bar:
+        for answer in answers:
+            done = answer
+            if isinstance(done, Lost):
+                done = Done(done.task, f"{done.task.boxes_path(out)}: {done.remark}")
+            if done.complaint is not None:
+                complaints.tell(done.complaint)
+            bar.set_postfix_str(f"{done.job.tracker} {done.job.sequence}", refresh=False)
+            bar.update(done.job.frame_count)
 
-    cv2.setNumThreads(1)
+
+def _announce(jobs: Sequence[Job], missing: Sequence[Job], workers: int) -> None:
+    done = len(jobs) - len(missing)
+    already = f", {done} of them done" if done else ""
+    frames = sum(job.frame_count for job in missing)
+    print(
+        f"otb: {len({job.sequence for job in jobs})} sequences, {len(jobs)} files{already}; "
+        f"{frames} frames to go with {workers} worker{'s' * (workers > 1)}",
+        file=sys.stderr,
+        flush=True,
+    )
+
+
+def _progress_bar(jobs: Sequence[Job], missing: Sequence[Job]) -> tqdm[Any]:
+    """A bar of frames with the time left; in a log file a line now and then."""
+    total, left = (sum(job.frame_count for job in group) for group in (jobs, missing))
+    return tqdm(
+        total=total,
+        initial=total - left,
+        desc="otb",
+        unit="frame",
+        smoothing=0.05,
+        file=sys.stderr,
+        mininterval=0.5 if sys.stderr.isatty() else 15.0,
+    )

@@ -1,8 +1,8 @@
 """Precision and success of predicted boxes, with the semantics of the reference benchmark.
 
-[OTB2015] and the benchmark's own code: frame 1 counts with the ground truth as prediction; a
-prediction without area repeats the one before; a frame without a valid true box counts as an
-overlap miss and, by the reference's error of -1, as a precision hit.
+[OTB2015] and the benchmark's MATLAB code (`calcSeqErrRobust`): frame 1 counts, with the ground
+truth as prediction; a prediction without area repeats the one before; a frame without a valid true
+box counts as an overlap miss and, by the reference's error of -1, as a precision hit.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-OVERLAP_THRESHOLDS = np.linspace(0.0, 1.0, 21)
+OVERLAP_THRESHOLDS = np.arange(21) / 20
 """Success is an overlap above the threshold."""
 ERROR_THRESHOLDS_PX = np.arange(51.0)
 """Precision is a centre error of at most the threshold."""
@@ -68,14 +68,13 @@ def overlap_and_error(predicted: np.ndarray, true: np.ndarray) -> tuple[np.ndarr
     """Overlap (n,) and centre error [px] (n,) of one run; both -1 where the truth is invalid."""
     if predicted.shape != true.shape:
         raise ValueError(f"predicted {predicted.shape} and true {true.shape} boxes must agree")
-    boxes = _repaired(predicted)
+    boxes = _repaired(predicted, true)
     boxes[0] = true[0]
     is_valid = (true > 0).all(axis=1)
-    error = np.linalg.norm(centres(boxes) - centres(true), axis=1)
-    return (
-        np.where(is_valid, overlaps(boxes, true), -1.0),
-        np.where(is_valid, error, -1.0),
-    )
+    with np.errstate(invalid="ignore"):
+        error_px = np.linalg.norm(centres(boxes) - centres(true), axis=1)
+        overlap = overlaps(boxes, true)
+    return np.where(is_valid, overlap, -1.0), np.where(is_valid, error_px, -1.0)
 
 
 def centres(boxes: np.ndarray) -> np.ndarray:
@@ -92,10 +91,14 @@ def overlaps(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return common / np.maximum(union, 1e-12)
 
 
-def _repaired(boxes: np.ndarray) -> np.ndarray:
-    """A copy in which a box that is not finite or has no area repeats the one before."""
+def _repaired(boxes: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """A copy in which a box that is NaN or has no area repeats the one before.
+
+    Not so on a frame whose true box is NaN, and not the first box, as in the reference code.
+    """
     boxes = np.array(boxes, float)
-    is_bad = ~np.isfinite(boxes).all(axis=1) | (boxes[:, 2:] <= 0).any(axis=1)
-    for index in np.flatnonzero(is_bad):
-        boxes[index] = boxes[index - 1] if index else 0.0
+    is_bad = np.isnan(boxes).all(axis=1) | (boxes[:, 2:] <= 0).any(axis=1)
+    is_bad &= ~np.isnan(true).any(axis=1)
+    for index in np.flatnonzero(is_bad[1:]) + 1:
+        boxes[index] = boxes[index - 1]
     return boxes

@@ -1,103 +1,27 @@
 """Video sequences in the layout of OTB: `NAME/img/*.jpg` and `NAME/groundtruth_rect.txt`.
 
 A ground-truth line is `x y w h` of one frame, separated by commas, tabs or blanks; x and y are
-1-based, as the benchmark has them. The format and its exceptions: [OTB2015].
+1-based, as the benchmark has them. A folder of several targets has `groundtruth_rect.1.txt` and
+so on instead, and its sequences are NAME-1 and so on. Optional beside it: `attrs.txt` (challenges),
+`init_omit.txt` (first and last image of stretches in which no run may start), and what
+`affine_truth` reads. Source of the format and its exceptions: [OTB2015].
 """
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Sequence as Items
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
-import cv2
 import numpy as np
 
-IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp")
+from experiments.otb import tb50
+from experiments.otb.affine_truth import AffineTruth, read_affine_truth
+from experiments.otb.images import SequenceError, image_number, image_paths, read_image
+
 GROUND_TRUTH = "groundtruth_rect.txt"
-
-ATTRIBUTES = {
-    "IV": "illumination variation",
-    "SV": "scale variation",
-    "OCC": "occlusion",
-    "DEF": "deformation",
-    "MB": "motion blur",
-    "FM": "fast motion",
-    "IPR": "in-plane rotation",
-    "OPR": "out-of-plane rotation",
-    "OV": "out of view",
-    "BC": "background clutter",
-    "LR": "low resolution",
-}
-"""The eleven challenges by which the benchmark groups its sequences."""
-
-TB50_ATTRIBUTES = {
-    name: tuple(tags.split(","))
-    for name, tags in (
-        line.split()
-        for line in """
-        Basketball IV,OCC,DEF,OPR,BC
-        Biker SV,OCC,MB,FM,OPR,OV,LR
-        Bird1 DEF,FM,OV
-        BlurBody SV,DEF,MB,FM,IPR
-        BlurCar2 SV,MB,FM
-        BlurFace MB,FM,IPR
-        BlurOwl SV,MB,FM,IPR
-        Bolt OCC,DEF,IPR,OPR
-        Box IV,SV,OCC,MB,IPR,OPR,OV,BC,LR
-        Car1 IV,SV,MB,FM,BC,LR
-        Car4 IV,SV
-        CarDark IV,BC
-        CarScale SV,OCC,FM,IPR,OPR
-        ClifBar SV,OCC,MB,FM,IPR,OV,BC
-        Couple SV,DEF,FM,OPR,BC
-        Crowds IV,DEF,BC
-        David IV,SV,OCC,DEF,MB,IPR,OPR
-        Deer MB,FM,IPR,BC,LR
-        Diving SV,DEF,IPR
-        DragonBaby SV,OCC,MB,FM,IPR,OPR,OV
-        Dudek SV,OCC,DEF,FM,IPR,OPR,OV,BC
-        Football OCC,IPR,OPR,BC
-        Freeman4 SV,OCC,IPR,OPR
-        Girl SV,OCC,IPR,OPR
-        Human3 SV,OCC,DEF,OPR,BC
-        Human4-2 IV,SV,OCC,DEF
-        Human6 SV,OCC,DEF,FM,OPR,OV
-        Human9 IV,SV,DEF,MB,FM
-        Ironman IV,SV,OCC,MB,FM,IPR,OPR,OV,BC,LR
-        Jump SV,OCC,DEF,MB,FM,IPR,OPR
-        Jumping MB,FM
-        Liquor IV,SV,OCC,MB,FM,OPR,OV,BC
-        Matrix IV,SV,OCC,FM,IPR,OPR,BC
-        MotorRolling IV,SV,MB,FM,IPR,BC,LR
-        Panda SV,OCC,DEF,IPR,OPR,OV,LR
-        RedTeam SV,OCC,IPR,OPR,LR
-        Shaking IV,SV,IPR,OPR,BC
-        Singer2 IV,DEF,IPR,OPR,BC
-        Skating1 IV,SV,OCC,DEF,OPR,BC
-        Skating2-1 SV,OCC,DEF,FM,OPR
-        Skating2-2 SV,OCC,DEF,FM,OPR
-        Skiing IV,SV,DEF,IPR,OPR
-        Soccer IV,SV,OCC,MB,FM,IPR,OPR,BC
-        Surfer SV,FM,IPR,OPR,LR
-        Sylvester IV,IPR,OPR
-        Tiger2 IV,OCC,DEF,MB,FM,IPR,OPR,OV
-        Trellis IV,SV,IPR,OPR,BC
-        Walking SV,OCC,DEF
-        Walking2 SV,OCC,LR
-        Woman IV,SV,OCC,DEF,MB,FM,OPR
-        """.strip().splitlines()
-    )
-}
-"""The fifty sequences of TB-50 and their challenges, by the benchmark's own list."""
-
-FIRST_FRAME = {"David": 300, "BlurCar1": 247, "BlurCar3": 3, "BlurCar4": 18}
-"""Number of the image that the first box belongs to, where it is not the first image."""
-
-
-class SequenceError(ValueError):
-    """A sequence that cannot be used; the message names the file and the line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,102 +29,152 @@ class VideoSequence:
     """Images, boxes and challenges of one target."""
 
     name: str
+    ground_truth: Path
     image_paths: tuple[Path, ...]
     boxes: np.ndarray
     """(n, 4) x, y, w, h [px], x and y 1-based; as in the file, invalid ones included."""
-    attributes: tuple[str, ...]
+    attributes: tuple[str, ...] = ()
+    no_start: tuple[tuple[int, int], ...] = ()
+    """First and last frame, counted from 1, of stretches in which no run of TRE starts."""
+    affine: AffineTruth | None = None
+    """The true warps, where the sequence has them."""
+    spare_image_count: int = 0
+    """Images after the last box, which do not count."""
 
     def __post_init__(self) -> None:
         self.boxes.setflags(write=False)
 
     def __len__(self) -> int:
-        return len(self.image_paths)
+        return len(self.boxes)
+
+    @cached_property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height of the first image."""
+        height, width = read_image(self.image_paths[0]).shape[:2]
+        return width, height
 
     def image(self, index: int) -> np.ndarray:
-        """(h, w, 3) uint8 BGR image of a frame; SequenceError where it cannot be read."""
+        """(h, w, 3) uint8 BGR image of a frame; SequenceError if unreadable or of another size."""
         path = self.image_paths[index]
-        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-        if image is None:
-            raise SequenceError(f"{path}: not a readable image")
+        image = read_image(path)
+        height, width = image.shape[:2]
+        if (width, height) != self.size_px:
+            first = "{} x {}".format(*self.size_px)
+            raise SequenceError(f"{path}: {width} x {height} px, but the first image has {first}")
         return image
 
+    def line(self, index: int) -> str:
+        """Names the ground-truth line of a frame, for messages."""
+        return f"{self.ground_truth}, line {index + 1}"
 
-def find_sequences(root: Path) -> list[str]:
-    """Names of the folders under `root` that look like sequences, in alphabetical order."""
+
+def find_sequences(root: Path) -> dict[str, Path]:
+    """Name -> ground-truth file of every sequence folder under `root`, in alphabetical order.
+
+    A folder without ground truth is listed too, so that loading it says what is missing.
+    """
     if not root.is_dir():
-        raise SequenceError(f"{root}: no such folder")
-    return sorted(path.parent.name for path in root.glob(f"*/{GROUND_TRUTH}"))
+        raise SequenceError(f"root must be a folder of sequences; got {str(root)!r}")
+    found: dict[str, Path] = {}
+    for folder in sorted(path for path in root.iterdir() if path.is_dir()):
+        if folder.name.startswith((".", "__")):
+            continue
+        several = sorted(folder.glob("groundtruth_rect.[0-9]*.txt"))
+        if (folder / GROUND_TRUTH).exists() or not several:
+            found[folder.name] = folder / GROUND_TRUTH
+        else:
+            found |= {f"{folder.name}-{path.stem.split('.')[1]}": path for path in several}
+    if not found:
+        raise SequenceError(f"root must be a folder of sequences; {str(root)!r} holds none")
+    return found
 
 
-def load_sequence(folder: Path) -> VideoSequence:
-    """Reads boxes and finds images; more images than boxes are cut to the boxes' frames."""
-    images = _image_paths(folder)
-    boxes = _read_boxes(folder / GROUND_TRUTH)
-    name = folder.name
-    first = FIRST_FRAME.get(name, 0)
-    if len(images) > len(boxes) and first:
-        images = [path for path in images if _number(path) >= first]
+def load_sequence(name: str, ground_truth: Path) -> VideoSequence:
+    """Reads all but the images; SequenceError names the file and the line at fault.
+
+    Images after the last box do not count; images that are missing are an error.
+    """
+    boxes = read_boxes(ground_truth)
+    folder = ground_truth.parent
+    images = image_paths(folder / "img")
+    if len(images) > len(boxes):
+        first, last = tb50.FIRST_IMAGE.get(name, 0), tb50.LAST_IMAGE.get(name, math.inf)
+        images = [path for path in images if first <= image_number(path) <= last]
     if len(images) < len(boxes):
         raise SequenceError(
-            f"{folder / GROUND_TRUTH}: {len(boxes)} boxes for {len(images)} images in img/"
+            f"{ground_truth}, line {len(images) + 1}: "
+            f"{len(boxes)} boxes, but {folder / 'img'} holds {len(images)} images"
         )
-    if len(boxes) == 0:
-        raise SequenceError(f"{folder / GROUND_TRUTH}: no boxes")
-    return VideoSequence(name, tuple(images[: len(boxes)]), boxes, _read_attributes(folder))
+    return VideoSequence(
+        name=name,
+        ground_truth=ground_truth,
+        image_paths=tuple(images[: len(boxes)]),
+        boxes=boxes,
+        attributes=read_attributes(name, folder),
+        no_start=_read_no_start(name, folder, image_number(images[0])),
+        affine=read_affine_truth(folder, len(boxes)),
+        spare_image_count=len(images) - len(boxes),
+    )
 
 
-def select(
-    names: Items[str], wanted: Items[str], attributes: dict[str, tuple[str, ...]]
-) -> list[str]:
-    """The names that `wanted` asks for by name or by attribute; all where it is empty.
-
-    Raises SequenceError for a word that is neither.
-    """
-    for word in wanted:
-        if word not in names and word not in ATTRIBUTES:
-            raise SequenceError(
-                f"no sequence or attribute {word!r}; sequences: {', '.join(names)}; "
-                f"attributes: {', '.join(ATTRIBUTES)}"
-            )
-    chosen = set(wanted)
-    return [n for n in names if not chosen or n in chosen or chosen & set(attributes.get(n, ()))]
-
-
-def _image_paths(folder: Path) -> list[Path]:
-    if not (folder / "img").is_dir():
-        raise SequenceError(f"{folder}: has no folder img/")
-    found = (folder / "img").iterdir()
-    return sorted((p for p in found if p.suffix.lower() in IMAGE_SUFFIXES), key=_number)
-
-
-def _number(path: Path) -> int:
-    digits = re.findall(r"\d+", path.stem)
-    if not digits:
-        raise SequenceError(f"{path}: no frame number in the name")
-    return int(digits[-1])
-
-
-def _read_boxes(path: Path) -> np.ndarray:
-    try:
-        lines = path.read_text(encoding="utf-8").rstrip().splitlines()
-    except OSError as error:
-        raise SequenceError(f"{path}: {error.strerror}") from None
+def read_boxes(path: Path) -> np.ndarray:
+    """(n, 4) boxes of a ground-truth file, NaN allowed."""
+    lines = _read_lines(path)
+    if not lines:
+        raise SequenceError(f"{path}, line 1: no boxes")
     boxes = np.empty((len(lines), 4))
     for number, line in enumerate(lines, start=1):
-        words = re.split(r"[,\s]+", line.strip())
         try:
-            boxes[number - 1] = [float(word) for word in words]
+            x, y, w, h = (float(word) for word in _words(line))
         except ValueError:
-            raise SequenceError(
-                f"{path}, line {number}: four numbers x y w h expected, got {line!r}"
-            ) from None
+            raise SequenceError(f"{path}, line {number}: not a box x y w h: {line!r}") from None
+        boxes[number - 1] = x, y, w, h
+        if np.isinf(boxes[number - 1]).any():
+            raise SequenceError(f"{path}, line {number}: not a box x y w h: {line!r}")
     return boxes
 
 
-def _read_attributes(folder: Path) -> tuple[str, ...]:
-    """From `attrs.txt` beside the images, else from the list of TB-50."""
+def read_attributes(name: str, folder: Path) -> tuple[str, ...]:
+    """Challenges from `attrs.txt` of the folder, else from the list of TB-50."""
     path = folder / "attrs.txt"
     if not path.exists():
-        return TB50_ATTRIBUTES.get(folder.name, ())
-    words = re.split(r"[,\s]+", path.read_text(encoding="utf-8").strip())
-    return tuple(word for word in words if word)
+        return tb50.TB50_ATTRIBUTES.get(name, ())
+    found: list[str] = []
+    for number, line in enumerate(_read_lines(path), start=1):
+        for word in _words(line):
+            if word not in tb50.ATTRIBUTES:
+                known = ", ".join(tb50.ATTRIBUTES)
+                raise SequenceError(
+                    f"{path}, line {number}: attribute must be one of {known}; got {word!r}"
+                )
+            found.append(word)
+    return tuple(found)
+
+
+def _read_no_start(name: str, folder: Path, first_image: int) -> tuple[tuple[int, int], ...]:
+    """From `init_omit.txt` of the folder, else from the benchmark's list; as frames from 1."""
+    path = folder / "init_omit.txt"
+    lines = tb50.NO_START.get(name.lower(), "").replace("-", ",").split()
+    if path.exists():
+        lines = _read_lines(path)
+    stretches: list[tuple[int, int]] = []
+    for number, line in enumerate(lines, start=1):
+        try:
+            first, last = (int(word) - first_image + 1 for word in _words(line))
+        except ValueError:
+            raise SequenceError(
+                f"{path}, line {number}: two image numbers expected, got {line!r}"
+            ) from None
+        stretches.append((first, last))
+    return tuple(stretches)
+
+
+def _read_lines(path: Path) -> list[str]:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
+    except OSError as error:
+        raise SequenceError(f"{path}: {error.strerror}") from None
+
+
+def _words(line: str) -> list[str]:
+    return re.findall(r"[^,\s]+", line)

@@ -47,7 +47,7 @@ def complain(capsys, *arguments):
 def test_help_names_every_command(capsys):
     assert cli.run(["--help"]) == 0
     text = capsys.readouterr().out
-    for command in ("trial", "sweep", "report", "list", "view"):
+    for command in ("trial", "sweep", "report", "list", "view", "otb"):
         assert f"• {command}" in text
 
 
@@ -55,7 +55,8 @@ def test_help_needs_no_heavy_import(toy_environment):
     import subprocess
 
     code = (
-        "import sys; from experiments import cli; code = cli.run(['trial', '--help']); "
+        "import sys; from experiments import cli; "
+        "code = cli.run(['otb', 'run', '--help']) or cli.run(['trial', '--help']); "
         "heavy = {'numpy', 'mujoco', 'cv2', 'matplotlib', 'sim', 'tracker'} & set(sys.modules); "
         "sys.exit(f'imported {heavy}' if heavy else code)"
     )
@@ -93,7 +94,7 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("sweep demo --workers 0", "workers must be 1 or greater, got 0"),
         ("sweep", "Missing from beltgrasp sweep: PRESET Name of the preset"),
         ("swep demo", "Unrecognized options: swep, demo; Available subcommands: trial, sweep"),
-        ("", "Expected one of {trial, sweep, report, list, view}."),
+        ("", "Expected one of {trial, sweep, report, list, view, otb}."),
         ("report nowhere", "nowhere/trials.csv is missing or empty"),
     ],
 )

@@ -38,3 +38,10 @@ def test_legacy_state_repeats():
 def test_a_negative_seed_is_refused():
     with pytest.raises(ValueError, match="seed must be 0 or greater, got -1"):
         generator(-1, Stream.SCENE)
+
+
+def test_places_have_streams_of_their_own():
+    places = ["", "ope/Deer/1", "ope/Deer/2", "tre/Deer/1", "ope/Dear/1"]
+    draws = [generator(0, Stream.VIDEO, place).random() for place in places]
+    assert len(set(draws)) == len(draws)
+    assert generator(0, Stream.VIDEO, "ope/Deer/1").random() == draws[1]

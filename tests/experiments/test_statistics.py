@@ -1,9 +1,15 @@
 import itertools
 import math
 
+import numpy as np
 import pytest
 
-from experiments.statistics import mcnemar_exact, newcombe_paired_difference, wilson_interval
+from experiments.statistics import (
+    bootstrap_gain,
+    mcnemar_exact,
+    newcombe_paired_difference,
+    wilson_interval,
+)
 
 
 @pytest.mark.parametrize(
@@ -66,3 +72,21 @@ def test_newcombe_paired_difference_is_antisymmetric_and_bounded():
         assert -1.0 <= low <= difference <= high <= 1.0
         mirrored = newcombe_paired_difference(a, c, b, d)
         assert mirrored == pytest.approx((-difference, -high, -low))
+
+
+def test_a_bootstrap_gain_is_that_of_the_means_with_its_interval():
+    rng = np.random.default_rng(0)
+    reference = rng.uniform(0.2, 0.6, 30)
+    gain, low, high = bootstrap_gain(1.2 * reference, reference, rng)
+    assert (gain, low, high) == pytest.approx((0.2, 0.2, 0.2))
+    noisy = reference + rng.normal(0.1, 0.1, 30)
+    gain, low, high = bootstrap_gain(noisy, reference, rng)
+    assert gain == pytest.approx(noisy.mean() / reference.mean() - 1)
+    deviation = (noisy - reference).std() / np.sqrt(30) / reference.mean()
+    assert low < gain < high
+    assert high - low == pytest.approx(2 * 1.96 * deviation, rel=0.25)
+
+
+def test_a_reference_that_scores_nothing_has_no_gain_over_it():
+    gain, _, _ = bootstrap_gain([0.5, 0.5], [0.0, 0.0], np.random.default_rng(0))
+    assert gain == np.inf

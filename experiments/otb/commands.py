@@ -1,0 +1,106 @@
+"""The commands `beltgrasp otb run` and `beltgrasp otb report`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+from tyro.conf import Positional, arg, subcommand
+
+# Everything heavy is imported inside the commands, so that --help answers at once.
+
+
+@dataclass(frozen=True)
+class Run:
+    """Runs trackers on video sequences in OTB layout; the same command again resumes."""
+
+    root: Annotated[Path, arg(metavar="DIR")]
+    """Folder of the sequences: NAME/img/ and NAME/groundtruth_rect.txt."""
+    out: Annotated[Path, arg(metavar="DIR")]
+    """Results folder."""
+    trackers: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ("pf", "gpf", "igpf")
+    """Video trackers, with commas or spaces between; `beltgrasp list` names them."""
+    protocol: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ("ope",)
+    """Any of ope, tre and sre, with commas or spaces between."""
+    seeds: Annotated[int, arg(metavar="N")] = 1
+    """Random trackers run with the seeds 0 to N - 1, others with 0 alone."""
+    only: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ()
+    """Sequences or attributes (IV SV OCC DEF MB FM IPR OPR OV BC LR), or TB-50; else all."""
+    list: Annotated[Path | None, arg(metavar="FILE")] = None
+    """The same from a file, a name a line."""
+    workers: Annotated[int | None, arg(metavar="N")] = None
+    """Worker processes; one for each processor if not given. The results do not depend on it."""
+
+    def run(self) -> int:
+        """Exit code 0, or 1 if anything went wrong: a sequence, a name, a tracker."""
+        from experiments.otb.run import OtbRun, run_otb
+        from experiments.otb.selection import read_list
+        from experiments.sweep import default_worker_count
+
+        wanted = [(word, "--only") for word in _words(self.only)]
+        wanted += [] if self.list is None else read_list(self.list)
+        request = OtbRun(
+            root=self.root,
+            trackers=_words(self.trackers),
+            protocols=_words(self.protocol),
+            seed_count=self.seeds,
+            wanted=tuple(wanted),
+        )
+        workers = default_worker_count() if self.workers is None else self.workers
+        try:
+            done, failures = run_otb(request, self.out, workers)
+        except KeyboardInterrupt:
+            print(
+                f"beltgrasp: stopped; what is finished is kept in {self.out}, "
+                "and the same command resumes",
+                file=sys.stderr,
+            )
+            return 130
+        print(f"{done} files of boxes: {self.out / 'boxes'}")
+        print(f"tables and figures: beltgrasp otb report {self.out}")
+        return 1 if failures else 0
+
+
+@dataclass(frozen=True)
+class Report:
+    """Rebuilds tables and figures of OTB results: `beltgrasp otb report out/otb`."""
+
+    folder: Annotated[Positional[Path], arg(metavar="DIR")]
+    """Results folder of `beltgrasp otb run`, finished or not."""
+    root: Annotated[Path | None, arg(metavar="DIR")] = None
+    """Folder of the sequences; the one that was run if not given."""
+    pictures: bool = False
+    """Also draws images with the boxes of every tracker."""
+
+    def run(self) -> int:
+        """Exit code 0."""
+        from experiments.otb.report import write_report
+
+        report = write_report(self.folder, self.root, self.pictures)
+        print(report.text)
+        print("\n".join(f"written: {path}" for path in report.paths))
+        return 0
+
+
+OtbCommand: TypeAlias = Annotated[Run, subcommand("run")] | Annotated[Report, subcommand("report")]
+
+
+@dataclass(frozen=True)
+class Otb:
+    """Trackers on video sequences by the protocols of OTB: `beltgrasp otb run`."""
+
+    command: OtbCommand
+
+    def run(self) -> int:
+        """Exit code of the command."""
+        return self.command.run()
+
+
+def _words(values: Iterable[str]) -> tuple[str, ...]:
+    """The words in the values, each once; commas are as good as spaces."""
+    return tuple(
+        dict.fromkeys(word for value in values for word in value.replace(",", " ").split())
+    )

@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+
+from experiments.otb.affine_scores import AffineReferee, nees
+from experiments.otb.affine_truth import AffineTruth
+from tracker import aff2
+from tracker.base import Status, WarpEstimate
+from tracker.box_tracker import BoxEstimate
+
+BOX = np.array([10.0, 12.0, 20.0, 5.0])
+UNIT = 10.0
+START = np.array([[UNIT, 0, 19.5], [0, UNIT, 14.0], [0, 0, 1]])
+CORNERS = np.array([[-1, -0.25], [1, -0.25], [1, 0.25], [-1, 0.25]])
+
+
+def place(warp):
+    return CORNERS @ warp[:2, :2].T + warp[:2, 2]
+
+
+def truth(*warps):
+    stack = np.array(warps, float)
+    return AffineTruth(stack, np.array([place(warp) for warp in stack]), np.ones(len(stack)))
+
+
+def estimate(warp, covariance=None):
+    covariance = np.eye(6) if covariance is None else covariance
+    known = WarpEstimate(warp, covariance, 50.0, 0.0, 1.0, 1.0, Status.TRACKING)
+    return BoxEstimate(np.array([0.0, 0, 1, 1]), known)
+
+
+def turned(angle_rad, shift=(0, 0)):
+    warp = aff2.from_polar(np.array([0, 0, angle_rad, 0, 0, 0]))
+    out = START @ warp
+    out[:2, 2] += shift
+    return out
+
+
+def test_a_perfect_estimate_has_no_error():
+    true = truth(START, turned(0.3, (4, 1)))
+    row = AffineReferee(true, "1", 0, BOX).row(1, estimate(true.warps[1]))
+    assert (row.run, row.frame, row.visible, row.ess) == ("1", 2, 1.0, 50.0)
+    errors = [row.corner_error_px, row.rotation_error_rad, row.scale_error, row.shear_error]
+    assert errors == pytest.approx([0] * 4, abs=1e-12)
+    assert row.nees == pytest.approx(0, abs=1e-12)
+    assert row.ancestor_count is None and row.resampling_distance is None
+
+
+def test_errors_are_told_one_by_one():
+    """3 px to the right and 4 down: every corner is 5 px off; twice the scale: ln 2."""
+    true = truth(START, START)
+    referee = AffineReferee(true, "1", 0, BOX)
+    moved = START.copy()
+    moved[:2, 2] += [3, 4]
+    assert referee.row(1, estimate(moved)).corner_error_px == pytest.approx(5)
+    assert referee.row(1, estimate(turned(0.2))).rotation_error_rad == pytest.approx(0.2)
+    grown = START @ np.diag([2.0, 2.0, 1.0])
+    assert referee.row(1, estimate(grown)).scale_error == pytest.approx(np.log(2))
+
+
+def test_a_run_from_a_later_frame_or_another_box_is_judged_by_its_motion():
+    """The target is turned when the run starts; the template is the upright box, disturbed."""
+    true = truth(START, turned(0.5, (5, 5)), turned(0.8, (9, 5)))
+    box = np.array([14.0, 15.0, 24.0, 9.0])
+    unit = np.sqrt(24 * 9)
+    start = np.array([[unit, 0, 14 + 11.5], [0, unit, 15 + 4.0], [0, 0, 1]])
+    motion = true.warps[2] @ aff2.inverse(true.warps[1])
+    row = AffineReferee(true, "left", 1, box).row(2, estimate(motion @ start))
+    assert row.corner_error_px == pytest.approx(0, abs=1e-9)
+    assert row.rotation_error_rad == pytest.approx(0, abs=1e-9)
+
+
+def test_a_tracker_of_boxes_has_a_corner_error_alone():
+    """The target turns by a right angle about its centre; the box that stays is off by the turn."""
+    true = truth(START, turned(np.pi / 2))
+    row = AffineReferee(true, "1", 0, BOX).row(1, BoxEstimate(BOX))
+    distance = np.linalg.norm(place(START) - place(turned(np.pi / 2)), axis=1).mean()
+    assert row.corner_error_px == pytest.approx(distance)
+    assert row.nees is None and row.ess is None and row.rotation_error_rad is None
+    wide = AffineReferee(truth(START, START), "1", 0, BOX).row(
+        1, BoxEstimate(np.array([10.0, 12.0, 22.0, 5.0]))
+    )
+    assert wide.corner_error_px == pytest.approx(1.0)  # the left corners 0, the right ones 2
+
+
+def test_nees_by_hand():
+    """A shift of 0.3 units with a deviation of 0.1 in x: 9."""
+    error = np.array([0, 0, 0, 0, 0.3, 0])
+    covariance = np.diag([1, 1, 1, 1, 0.01, 1.0])
+    assert nees(estimate(START, covariance).affine, START @ aff2.exp(error)) == pytest.approx(9)
+    assert nees(estimate(START, np.zeros((6, 6))).affine, START) is None
