@@ -14,6 +14,7 @@ def registries(monkeypatch):
     names = {
         "trackers": {"igpf": "the filter", "pf": "the other"},
         "control arms": {"oracle": "the truth"},
+        "peers": {"csrt": "a rival"},
         "cameras": {"far-side": "a camera"},
         "objects": {"box": "a carton"},
         "conditions": {"normal": "light"},
