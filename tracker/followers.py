@@ -101,7 +101,7 @@ class BoxFollower:
         self._template = template
         self._status_config = status
         self._refused: WarpEstimate | None = None
-        self._start_warp, self._target_in_box = np.eye(3), np.eye(3)
+        self._warp, self._start_warp, self._target_in_box = np.eye(3), np.eye(3), np.eye(3)
         self._found_s, self._misses = 0.0, 0
 
     def start(self, image: OverheadImage, now: Sighting, before: Sighting) -> None:
@@ -113,6 +113,7 @@ class BoxFollower:
         except ValueError:
             self._refused = replace(sighted(now.found), status=Status.LOST)
             return
+        self._warp = now.found.warp
         self._start_warp = warp_of_box(self._tracker.box)
         self._target_in_box = aff2.inverse(self._start_warp) @ now.found.warp
         self._found_s, self._misses = now.time_s, 0
@@ -121,20 +122,26 @@ class BoxFollower:
         """See `Follower`."""
         if self._refused is not None:
             return self._refused
+        is_found = bool(image.visibility.any()) and self._follow(image)
+        visible = _visible_fraction(image, self._template, self._warp)
+        status = self._judge(is_found, visible, time_s)
+        return replace(sighted(Detection(self._warp, 0.0, visible)), status=status)
+
+    def _follow(self, image: OverheadImage) -> bool:
+        """Moves the warp with the tracker; whether it found the target."""
         estimate = self._tracker.update(_colour(image))
         if estimate.affine is not None:
-            box_warp = np.array(estimate.affine.warp)
+            box_warp = estimate.affine.warp
         else:
             box_warp = self._start_warp.copy()
             box_warp[:2, 2] = estimate.box[:2] + (estimate.box[2:] - 1.0) / 2.0
-        warp = box_warp @ self._target_in_box
-        visible = _visible_fraction(image, self._template, warp)
-        return replace(sighted(Detection(warp, 0.0, visible)), status=self._judge(visible, time_s))
+        self._warp = box_warp @ self._target_in_box
+        return self._tracker.is_found
 
-    def _judge(self, visible_fraction: float, time_s: float) -> Status:
+    def _judge(self, is_found: bool, visible_fraction: float, time_s: float) -> Status:
         """The tracker's own word, with the patience that a filter gets."""
         config = self._status_config
-        if self._tracker.is_found:
+        if is_found:
             self._found_s, self._misses = time_s, 0
             return Status.TRACKING
         if visible_fraction >= config.min_visible_fraction:

@@ -84,6 +84,17 @@ def test_a_hidden_target_that_is_not_found_is_waited_for(template, image, sighti
     assert estimates[0].visible_fraction < 0.25
 
 
+def test_an_image_that_shows_nothing_is_kept_from_the_baseline(template, image, sighting):
+    follower = BoxFollower(HoldingTracker(Scripted([(3, 0), (5, 0)])), template, StatusConfig())
+    follower.start(image, sighting, sighting)
+    follower.update(image, 1 / 30)
+    black = OverheadImage(image.grey * 0, image.visibility * 0, image.height_m)
+    assert follower.update(black, 2 / 30).status is Status.UNCERTAIN
+    after = follower.update(image, 3 / 30)
+    assert after.status is Status.TRACKING
+    assert after.warp[0, 2] - sighting.found.warp[0, 2] == pytest.approx(5.0)
+
+
 def test_a_target_that_the_baseline_refuses_is_lost(template, image, sighting):
     image.grey[:] = BOX[0]
     (estimate,) = follow(template, image, sighting, [(0, 0)])
