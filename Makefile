@@ -12,7 +12,7 @@ PYTEST_ARGS ?=
 # One BLAS thread a process: the matrices are small, and there is a process a core already.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup setup-dev setup-lint demo test test-slow check format bench report results clean
+.PHONY: help setup setup-dev setup-lint peers demo test test-slow check format bench report results clean
 
 help: ## List the verbs
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
@@ -25,6 +25,10 @@ setup-dev:
 
 setup-lint:
 	@scripts/setup.sh --dev --no-render
+
+# An environment of its own: OpenCV's two wheels own the same folder and must not meet.
+peers: ## Install OpenCV's own trackers, to compare with, in .venv-peers
+	@UV_PROJECT_ENVIRONMENT=.venv-peers scripts/setup.sh --dev --peers
 
 demo: setup ## Grasp at three belt speeds; leaves a CSV, a table, a plot and a video in out/demo
 	$(BIN)/beltgrasp sweep demo --out $(DEMO) --workers $(WORKERS)
@@ -62,4 +66,4 @@ results: setup ## Repeat the sweep of the README and put its table there
 
 clean: ## Remove caches and generated results; keep the environment
 	rm -rf out dist build .pytest_cache .ruff_cache .hypothesis .benchmarks
-	find . -name __pycache__ -not -path './.venv/*' -not -path './.uv/*' -prune -exec rm -rf {} +
+	find . -name __pycache__ -not -path './.venv*' -not -path './.uv/*' -prune -exec rm -rf {} +

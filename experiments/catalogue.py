@@ -26,6 +26,7 @@ def catalogue() -> dict[str, dict[str, str]]:
     return {
         "trackers": _descriptions(TRACKERS),
         "control arms": _descriptions(CONTROL_ARMS),
+        "peers": _peers(),
         "cameras": _descriptions(CAMERAS),
         "objects": _descriptions(OBJECTS),
         "conditions": _descriptions(CONDITIONS),
@@ -40,11 +41,24 @@ def _descriptions(registry: Mapping[str, Any]) -> dict[str, str]:
     return {name: entry.description for name, entry in registry.items()}
 
 
+def _peers() -> dict[str, str]:
+    from tracker.baselines import BASELINES
+
+    return {
+        name: row.description if row.is_available else f"{row.description} (needs `make peers`)"
+        for name, row in BASELINES.items()
+    }
+
+
 def check_names(config: TrialConfig) -> None:
-    """Raises ValueError for the first name that no registry holds."""
+    """Raises ValueError for the first name that no registry holds, or that is not installed."""
     names = catalogue()
-    trackers = [*names["trackers"], *names["control arms"]]
+    trackers = [*names["trackers"], *names["control arms"], *names["peers"]]
     require_known("tracker", config.tracker, trackers)
+    if config.tracker in names["peers"]:
+        from tracker.baselines import get_baseline
+
+        get_baseline(config.tracker).require_available()
     for field in ("camera", "object", "condition", "predictor"):
         require_known(field, getattr(config, field), names[f"{field}s"])
 

@@ -1,9 +1,10 @@
 #!/bin/sh
 # Takes a machine with python3, git and make to a synced environment; does nothing when all is there.
 #
-#   scripts/setup.sh [--dev] [--no-render]
+#   scripts/setup.sh [--dev] [--peers] [--no-render]
 #
 #   --dev        also what tests, checks and benchmarks need
+#   --peers      OpenCV's contrib wheel, with the trackers to compare with, in place of the default one
 #   --no-render  do not ask for the OpenGL libraries (linting renders nothing)
 set -eu
 cd "$(dirname "$0")/.."
@@ -97,12 +98,14 @@ bootstrap_uv() {
 }
 
 dev=no
+peers=no
 render=yes
 for argument in "$@"; do
     case "$argument" in
         --dev) dev=yes ;;
+        --peers) peers=yes ;;
         --no-render) render=no ;;
-        *) fail "unknown argument $argument; there are --dev and --no-render" ;;
+        *) fail "unknown argument $argument; there are --dev, --peers and --no-render" ;;
     esac
 done
 [ "$(uname -s)" = Linux ] && [ "${MUJOCO_GL:-egl}" = egl ] || render=no
@@ -132,5 +135,7 @@ unset VIRTUAL_ENV # uv warns of any environment other than the project's
 set -- sync --locked
 # --inexact: a demo after the tests does not take the test packages away again
 [ $dev = yes ] || set -- "$@" --no-dev --inexact
+# The two wheels own the same folder cv2: one only.
+[ $peers = no ] || set -- "$@" --extra peers --no-install-package opencv-python-headless
 [ ! -x "$environment/bin/beltgrasp" ] || set -- "$@" --quiet
 "$uv" "$@"

@@ -14,15 +14,14 @@ import numpy as np
 from tracker import aff2
 from tracker.backproject import Backprojector, TargetPose
 from tracker.base import Status, WarpEstimate
-from tracker.detection import Detection, TemplateDetector
+from tracker.detection import TemplateDetector
+from tracker.followers import Sighting, make_follower, sighted
 from tracker.rectify import OverheadImage, OverheadView
 from tracker.registry import TrackerConfig
 from tracker.template import Template
-from tracker.template_tracker import TemplateTracker
 
 _MAX_DETECTION_GAP_S = 0.25
 _MAX_DETECTION_TURN_RAD = 0.35
-_DETECTION_STD = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +68,10 @@ class TargetTracker:
         self._corners = template.corners
         self._unit_px = math.sqrt(size_m[0] * size_m[1]) / view.m_per_px
         self._detector = TemplateDetector(template, self._unit_px, view.shape_px, config.detection)
-        self._tracker = TemplateTracker(
-            template, config.filter, config.likelihood, config.status, rng, self._unit_px
-        )
+        self._follower = make_follower(config, template, self._unit_px, rng)
         self._backprojector = Backprojector(template, view, config.backproject)
         self._status = Status.SEARCHING
-        self._sighting: tuple[Detection, float] | None = None
-        self._held: WarpEstimate | None = None
+        self._sighting: Sighting | None = None
         self._time_s = -math.inf
 
     @property
@@ -97,11 +93,9 @@ class TargetTracker:
             return self._no_news()
         self._time_s = time_s
         image = self._rectify(rgb, depth_m)
-        if self._held is not None:
-            return self._report(self._held, image, time_s)
         if self._status in (Status.SEARCHING, Status.LOST):
             return self._search(image, time_s)
-        estimate = self._tracker.update(image.grey, time_s, image.visibility)
+        estimate = self._follower.update(image, time_s)
         if self._has_left(estimate.warp):
             estimate = replace(estimate, status=Status.LOST)
         self._status = estimate.status
@@ -110,25 +104,23 @@ class TargetTracker:
         return self._report(estimate, image, time_s)
 
     def _search(self, image: OverheadImage, time_s: float) -> TargetObservation:
-        """Looks for the target; starts the filter at the second of two consistent sightings."""
+        """Looks for the target; follows it from the second of two consistent sightings."""
         self._status = Status.SEARCHING
         found = self._detector.detect(image.grey, image.visibility)
         if found is None:
             return TargetObservation(None, None, self._status)
-        first, self._sighting = self._sighting, (found, time_s)
-        if first is None or not self._is_same(first, found, time_s):
+        now = Sighting(found, time_s)
+        first, self._sighting = self._sighting, now
+        if first is None or not self._is_same(first, now):
             return TargetObservation(None, None, self._status)
         self._backprojector.reset()
-        self._tracker.start(found.warp, time_s, first[0].warp, first[1])
+        self._follower.start(image, now, first)
         self._status = Status.TRACKING
-        estimate = _sighted(found)
-        if self._config.is_static:
-            self._held = estimate
-        return self._report(estimate, image, time_s)
+        return self._report(sighted(found), image, time_s)
 
-    def _is_same(self, first: tuple[Detection, float], found: Detection, time_s: float) -> bool:
-        gap_s = time_s - first[1]
-        motion = aff2.difference(first[0].warp, found.warp)
+    def _is_same(self, first: Sighting, now: Sighting) -> bool:
+        gap_s = now.time_s - first.time_s
+        motion = aff2.difference(first.found.warp, now.found.warp)
         reach = self._config.max_speed_mps * gap_s / (self._view.m_per_px * self._unit_px)
         return bool(
             gap_s <= _MAX_DETECTION_GAP_S
@@ -174,15 +166,3 @@ class TargetTracker:
 def _is_array(value: object, *shapes: tuple[int, ...]) -> TypeGuard[np.ndarray]:
     """Whether the value is an array of one of the shapes."""
     return isinstance(value, np.ndarray) and cast(np.ndarray, value).shape in shapes
-
-
-def _sighted(found: Detection) -> WarpEstimate:
-    return WarpEstimate(
-        warp=found.warp,
-        covariance=np.eye(6) * _DETECTION_STD**2,
-        ess=1.0,
-        log_likelihood=0.0,
-        ncc=found.ncc,
-        visible_fraction=found.visible_fraction,
-        status=Status.TRACKING,
-    )

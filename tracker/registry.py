@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from tracker.backproject import BackprojectConfig
+from tracker.baselines import BASELINES
 from tracker.detection import DetectionConfig
 from tracker.filter import FilterConfig
 from tracker.likelihood import LikelihoodConfig
@@ -30,6 +31,8 @@ class TrackerConfig:
     """Reconstruction of the pose."""
     is_static: bool = False
     """Hold the first detection instead of tracking."""
+    baseline: str = ""
+    """Row of BASELINES that follows the target instead of the filter; empty for none."""
     max_speed_mps: float = 3.0
     """Two detections that would need more than this are not the same target."""
 
@@ -87,9 +90,16 @@ BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
 """For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021],
 identical but for the filter."""
 
+PEERS: dict[str, TrackerConfig] = {
+    name: TrackerConfig(description=baseline.description, baseline=name)
+    for name, baseline in BASELINES.items()
+}
+"""What people would pick instead, with the same detection and reconstruction."""
+
 
 def get_tracker_config(name: str) -> TrackerConfig:
-    """The named configuration; ValueError that lists the valid names."""
-    if name not in TRACKERS:
-        raise ValueError(f"tracker must be one of {', '.join(TRACKERS)}; got {name!r}")
-    return TRACKERS[name]
+    """The named configuration, a peer's among them; ValueError that lists the valid names."""
+    rows = TRACKERS | PEERS
+    if name not in rows:
+        raise ValueError(f"tracker must be one of {', '.join(rows)}; got {name!r}")
+    return rows[name]

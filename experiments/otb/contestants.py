@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.box_tracker import BoxTracker, BoxTrackerConfig, TemplateBoxTracker
-from tracker.registry import get_tracker_config
+from tracker.baselines import BASELINES, Baseline
+from tracker.box_tracker import BoxTracker
+from tracker.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker
+from tracker.registry import BOX_TRACKERS
 
 
 @dataclass(frozen=True)
@@ -23,17 +25,19 @@ class Contestant:
     """All that determines its answers beside the code; results of other settings do not mix."""
 
 
-def _particle_filter(name: str) -> Contestant:
-    row = get_tracker_config(name)
-    base = BoxTrackerConfig()
-    parts = {part: getattr(row.filter, part) for part in ("state_space", "proposal", "resampling")}
-    config = replace(base, filter=replace(base.filter, **parts))
+def _particle_filter(config: BoxTrackerConfig) -> Contestant:
     return Contestant(
-        row.description, lambda rng: TemplateBoxTracker(config, rng), settings=repr(config)
+        config.description, lambda rng: ParticleBoxTracker(config, rng), settings=repr(config)
     )
 
 
+def _peer(baseline: Baseline) -> Contestant:
+    return Contestant(baseline.description, baseline.make, baseline.is_random)
+
+
 CONTESTANTS: dict[str, Contestant] = {
-    name: _particle_filter(name) for name in ("igpf", "gpf", "pf")
+    **{name: _particle_filter(config) for name, config in BOX_TRACKERS.items()},
+    **{name: _peer(baseline) for name, baseline in BASELINES.items()},
 }
-"""The paper's comparison: identical but for the filter."""
+"""igpf, gpf and pf are the paper's comparison, identical but for the filter; then igpf with all that
+helped, and the trackers that people would pick instead."""

@@ -14,6 +14,7 @@ def registries(monkeypatch):
     names = {
         "trackers": {"igpf": "the filter", "pf": "the other"},
         "control arms": {"oracle": "the truth"},
+        "peers": {"csrt": "a rival"},
         "cameras": {"far-side": "a camera"},
         "objects": {"box": "a carton"},
         "conditions": {"normal": "light"},
@@ -81,7 +82,7 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("trial --sped-mps 1", "Unrecognized options: --sped-mps, 1; did you mean --speed-mps?"),
         (
             "trial --tracker igfp",
-            "tracker must be one of igpf, pf, oracle; got 'igfp'; did you mean 'igpf'?",
+            "tracker must be one of igpf, pf, oracle, csrt; got 'igfp'; did you mean 'igpf'?",
         ),
         ("trial --camera ceiling", "camera must be one of far-side; got 'ceiling'"),
         ("trial --condition dark", "condition must be one of normal; got 'dark'"),
