@@ -1,4 +1,4 @@
-"""Random streams by address: (seed, stream) names a stream, never the order of the calls.
+"""Random streams by address: (seed, stream, part) names a stream, never the order of the calls.
 
 Scene and sensor streams know nothing of the tracker, so every tracker meets the same world and
 the same noise draws, and differences between trackers are paired.
@@ -20,18 +20,19 @@ class Stream(enum.IntEnum):
     SCENE = 0
     SENSOR = 1
     TRACKER = 2
+    FOOTAGE = 3
 
 
-def seed_sequence(seed: int, stream: Stream) -> np.random.SeedSequence:
-    """The address of one stream, independent of every other address."""
+def seed_sequence(seed: int, stream: Stream, *part: int) -> np.random.SeedSequence:
+    """The address of one stream or of a part of it, independent of every other address."""
     if seed < 0:
         raise ValueError(f"seed must be 0 or greater, got {seed}")
-    return np.random.SeedSequence(BENCHMARK_ENTROPY, spawn_key=(seed, int(stream)))
+    return np.random.SeedSequence(BENCHMARK_ENTROPY, spawn_key=(seed, int(stream), *part))
 
 
-def generator(seed: int, stream: Stream) -> np.random.Generator:
-    """A fresh generator at the start of the stream."""
-    return np.random.Generator(np.random.PCG64(seed_sequence(seed, stream)))
+def generator(seed: int, stream: Stream, *part: int) -> np.random.Generator:
+    """A fresh generator at the start of the stream, or of the part that these numbers name."""
+    return np.random.Generator(np.random.PCG64(seed_sequence(seed, stream, *part)))
 
 
 def random_state(seed: int, stream: Stream) -> np.random.RandomState:
