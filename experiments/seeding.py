@@ -1,4 +1,4 @@
-"""Random streams by address: (seed, stream) names a stream, never the order of the calls.
+"""Random streams by address: (seed, stream, part) names a stream, never the order of the calls.
 
 Scene and sensor streams know nothing of the tracker, so every tracker meets the same world and
 the same noise draws, and differences between trackers are paired.
@@ -23,6 +23,8 @@ class Stream(enum.IntEnum):
     VIDEO = 3
     """A tracker's draws on a video sequence; the place is protocol, sequence and run."""
     BOOTSTRAP = 4
+    FOOTAGE = 5
+    """A rendered sequence; the place is its name."""
 
 
 def seed_sequence(seed: int, stream: Stream, place: str = "") -> np.random.SeedSequence:

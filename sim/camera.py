@@ -155,6 +155,26 @@ class OffscreenRenderer:
         _linearise_depth(self._depth, near, far)
         return self._rgb[::-1], self._depth[::-1]
 
+    def segment(
+        self, model: mujoco.MjModel, data: mujoco.MjData, camera_name: str
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What each pixel of the named camera shows.
+
+        Returns:
+            (h, w) types (`mujoco.mjtObj`) and (h, w) indices of the objects; -1 where none is.
+        """
+        flags = self._scene.flags
+        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = True
+        try:
+            colours = self.render(model, data, camera_name)[0].astype(np.int32)
+        finally:
+            flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = False
+        segment = colours[..., 0] + (colours[..., 1] << 8) + (colours[..., 2] << 16)
+        names = np.full((2, self._scene.ngeom + 1), -1, np.int32)
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            names[:, geom.segid + 1] = geom.objtype, geom.objid
+        return names[0][segment], names[1][segment]
+
     def close(self) -> None:
         """Frees the OpenGL context; a second call does nothing."""
         if self._gl is not None:

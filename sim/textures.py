@@ -110,16 +110,18 @@ class Canvas:
     def _window(
         self, left: float, top: float, right: float, bottom: float
     ) -> tuple[tuple[slice, slice], np.ndarray, np.ndarray]:
-        """Pixels that a shape may touch, and the positions of their centres [mm]."""
+        """Pixels that a shape may touch (none outside the picture), and their centres [mm]."""
         limits = zip(((top, bottom), (left, right)), self.pixels.shape, strict=False)
         rows, columns = (
-            np.arange(
-                max(0, int(low * self.px_per_mm) - 1), min(size, int(high * self.px_per_mm) + 2)
+            slice(
+                min(max(0, int(low * self.px_per_mm) - 1), size),
+                max(0, min(size, int(high * self.px_per_mm) + 2)),
             )
             for (low, high), size in limits
         )
-        gx, gy = np.meshgrid((columns + 0.5) / self.px_per_mm, (rows + 0.5) / self.px_per_mm)
-        return (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)), gx, gy
+        x, y = np.arange(columns.start, columns.stop), np.arange(rows.start, rows.stop)
+        gx, gy = np.meshgrid((x + 0.5) / self.px_per_mm, (y + 0.5) / self.px_per_mm)
+        return (rows, columns), gx, gy
 
     def _blend(self, window: tuple[slice, slice], depth_mm: np.ndarray, colour: Colour) -> None:
         cover = np.clip(0.5 + depth_mm * self.px_per_mm, 0.0, 1.0)[:, :, None]

@@ -1,4 +1,4 @@
-"""The commands `beltgrasp otb run` and `beltgrasp otb report`."""
+"""The command `beltgrasp otb`: make sequences, run trackers on them, report."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Annotated, TypeAlias
 
 from tyro.conf import Positional, arg, subcommand
+
+from experiments.otb.make_command import Make
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
@@ -85,7 +87,11 @@ class Report:
         return 0
 
 
-OtbCommand: TypeAlias = Annotated[Run, subcommand("run")] | Annotated[Report, subcommand("report")]
+OtbCommand: TypeAlias = (
+    Annotated[Make, subcommand("make")]
+    | Annotated[Run, subcommand("run")]
+    | Annotated[Report, subcommand("report")]
+)
 
 
 @dataclass(frozen=True)

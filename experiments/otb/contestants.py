@@ -39,5 +39,5 @@ CONTESTANTS: dict[str, Contestant] = {
     **{name: _particle_filter(config) for name, config in BOX_TRACKERS.items()},
     **{name: _peer(baseline) for name, baseline in BASELINES.items()},
 }
-"""igpf, gpf and pf are the paper's comparison, identical but for the filter; then igpf with all that
-helped, and the trackers that people would pick instead."""
+"""The first three are the paper's comparison, identical but for the filter; then come igpf with all
+that helped and the trackers that people would pick instead."""
