@@ -5,7 +5,7 @@ Lengths in the image are those of the unturned camera, for an actor that has not
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 from sim.footage.motion import Terms
@@ -13,6 +13,8 @@ from sim.footage.motion import Terms
 WIDTH_PX, HEIGHT_PX = 320, 240
 FOCAL_PX = 300.0
 """Distance of the projection centre from the image."""
+WALL_DEPTH_M = 4.0
+"""Distance of the scenery, a flat wall, from the camera."""
 SHORTEST_SIDE_PX = 8.0
 
 Shape = Literal["panel", "carton", "sheet"]
@@ -78,10 +80,6 @@ class Actor:
         return self.size_px[0] * scale, self.size_px[1] * scale
 
 
-WALL_DEPTH_M = 4.0
-"""Distance of the scenery, a flat wall, from the camera."""
-
-
 @dataclass(frozen=True)
 class Lighting:
     """Light from everywhere, a far lamp beside the camera, and a spotlight that wanders."""
@@ -121,7 +119,7 @@ class Clip:
     """How long the shutter is open: 0 freezes every motion, 1 blurs it all."""
     noise_levels: float = 1.5
     """Standard deviation of the sensor noise, in levels of 255."""
-    frame_count: int = field(default=90)
+    frame_count: int = 90
 
     def __post_init__(self) -> None:
         if self.frame_count < 2:

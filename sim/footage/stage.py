@@ -14,7 +14,17 @@ import mujoco
 import numpy as np
 
 from sim.footage import pictures, surfaces
-from sim.footage.clip import FOCAL_PX, HEIGHT_PX, WALL_DEPTH_M, WIDTH_PX, Actor, Clip, Lighting
+from sim.footage.clip import (
+    FOCAL_PX,
+    HEIGHT_PX,
+    WALL_DEPTH_M,
+    WIDTH_PX,
+    Actor,
+    Clip,
+    Lighting,
+    Moves,
+    Shake,
+)
 from sim.footage.motion import Signal, draw_sum
 from sim.footage.surfaces import Surface
 
@@ -38,7 +48,12 @@ class Stage:
         motion_rng, picture_rng = rng.spawn(2)
         frames = clip.frame_count
         self._actors = [
-            _Playing(name, actor, _draw(actor.moves, frames, motion_rng))
+            _Playing(
+                name,
+                actor,
+                _draw(actor.moves, frames, motion_rng),
+                surfaces.make_surface(actor.shape, actor.size_m, actor.thickness),
+            )
             for name, actor in _named(clip)
         ]
         self._shake = _draw(clip.shake, frames, motion_rng)
@@ -106,15 +121,12 @@ def flex_id(model: mujoco.MjModel, name: str) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Playing:
-    """An actor with its motion drawn."""
+    """An actor with its motion drawn and its mesh made."""
 
     name: str
     script: Actor
     signals: dict[str, Signal]
-
-    @property
-    def surface(self) -> Surface:
-        return surfaces.make_surface(self.script.shape, self.script.size_m, self.script.thickness)
+    surface: Surface
 
     def pose(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Position (3,) [m] of the local origin and rotation (3, 3) in the world."""
@@ -138,9 +150,11 @@ def _named(clip: Clip) -> list[tuple[str, Actor]]:
     return [(TARGET, clip.target), *others]
 
 
-def _draw(script: object, frame_count: int, rng: np.random.Generator) -> dict[str, Signal]:
+def _draw(
+    script: Moves | Lighting | Shake, frame_count: int, rng: np.random.Generator
+) -> dict[str, Signal]:
     """A signal for each field of `script` that holds terms."""
-    terms = {f.name: getattr(script, f.name) for f in fields(script)}  # pyright: ignore
+    terms = {field.name: getattr(script, field.name) for field in fields(script)}
     return {
         name: draw_sum(value, frame_count, rng)
         for name, value in terms.items()
