@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import functools
 import weakref
 from dataclasses import dataclass
@@ -82,5 +83,8 @@ def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
 def _compiled(config: TaskConfig) -> Cell:
     """Compiling takes longer than a trial's first second: a sweep reuses its last cells."""
     cell = Cell(load(config), make_servo())
-    weakref.finalize(cell, cell.task.close)
+    # A finalizer's own turn at exit may come after EGL's end; registered now, its turn is before.
+    release = weakref.finalize(cell, cell.task.close)
+    release.atexit = False
+    atexit.register(release)
     return cell

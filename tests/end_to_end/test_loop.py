@@ -19,6 +19,7 @@ def beltgrasp(*arguments: str | Path, check: bool = True) -> subprocess.Complete
     command = [*BELTGRASP, *map(str, arguments)]
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert not check or run.returncode == 0, run.stderr
+    assert "Traceback" not in run.stderr, run.stderr
     return run
 
 
@@ -101,4 +102,4 @@ def test_video_shows_the_trial(tmp_path):
 def test_mistakes_get_one_line(arguments, message):
     run = beltgrasp(*arguments, check=False)
     assert run.returncode == 2
-    assert message in run.stderr and "Traceback" not in run.stderr
+    assert message in run.stderr
