@@ -83,12 +83,12 @@ def centres(boxes: np.ndarray) -> np.ndarray:
 
 
 def overlaps(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(n,) intersection over union of boxes (n, 4), pair by pair."""
+    """(n,) intersection over union of boxes (n, 4), pair by pair; rounding stays below 1."""
     low = np.maximum(a[:, :2], b[:, :2])
     high = np.minimum(a[:, :2] + a[:, 2:], b[:, :2] + b[:, 2:])
     common = np.prod(np.maximum(high - low, 0.0), axis=1)
     union = np.prod(a[:, 2:], axis=1) + np.prod(b[:, 2:], axis=1) - common
-    return common / np.maximum(union, 1e-12)
+    return np.minimum(common / np.maximum(union, 1e-12), 1.0)
 
 
 def _repaired(boxes: np.ndarray, true: np.ndarray) -> np.ndarray:

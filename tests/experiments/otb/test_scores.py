@@ -36,7 +36,7 @@ def test_the_first_frame_counts_as_the_truth():
 
 
 def test_a_perfect_tracker_has_twenty_of_twenty_one():
-    truth = boxes(*[[k, k, 10, 10] for k in range(1, 6)])
+    truth = random_boxes(np.random.default_rng(0), 50)
     curves = sequence_curves([truth], [truth])
     assert curves.overlap_score == pytest.approx(20 / 21)
     assert curves.distance_precision == 1.0
