@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from experiments.otb.sequences import load_sequence
+from experiments.otb.sequences import GROUND_TRUTH, load_sequence
 
 PATH = Path(__file__).parents[1] / "docs" / "images" / "sequences.jpg"
 MOMENTS = {
@@ -46,7 +46,7 @@ def main(root: Path) -> None:
 
 def _strip(folder: Path, frames: tuple[int, ...]) -> np.ndarray:
     """The frames side by side, with a rim."""
-    sequence = load_sequence(folder)
+    sequence = load_sequence(folder.name, folder / GROUND_TRUTH)
     corners = np.loadtxt(folder / "corners.csv", delimiter=",", skiprows=1)[:, 1:]
     views = [
         _marked(sequence.image(k), sequence.boxes[k], corners[k].reshape(4, 2)) for k in frames

@@ -10,9 +10,33 @@ from typing import Annotated, TypeAlias
 
 from tyro.conf import Positional, arg, subcommand
 
-from experiments.otb.make_command import Make
-
 # Everything heavy is imported inside the commands, so that --help answers at once.
+
+
+@dataclass(frozen=True)
+class Make:
+    """Renders video sequences with exact truth: `beltgrasp otb make --out out/otb`."""
+
+    out: Annotated[Path, arg(metavar="DIR")]
+    """Folder for the sequences; the same command again resumes."""
+    only: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ()
+    """Sequences or attributes, such as `Door,OCC`; all if not given."""
+    seed: int = 0
+    """Draws motion, pictures and noise; another seed gives another benchmark of the same kind."""
+    workers: Annotated[int | None, arg(metavar="N")] = None
+    """Worker processes; one for each processor if not given. The files do not depend on it."""
+
+    def run(self) -> int:
+        """Exit code 0."""
+        from experiments.otb.make import make_benchmark
+        from experiments.rendering import gl_renderer
+        from experiments.sweep import default_worker_count
+
+        gl_renderer()
+        workers = default_worker_count() if self.workers is None else self.workers
+        names = make_benchmark(self.out, _words(self.only), self.seed, workers)
+        print(f"{len(names)} sequence{'s' if len(names) > 1 else ''}: {self.out}")
+        return 0
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ sequence depends on which others are made, in which order, or by how many proces
 from __future__ import annotations
 
 import hashlib
-import multiprocessing
 import shutil
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
@@ -17,13 +16,13 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from experiments import processes
 from experiments.manifest import code_version, package_version
 from experiments.otb.clips import RECIPES
 from experiments.otb.make_files import Source, read_source, write_index, write_sequence
-from experiments.otb.sequences import select
+from experiments.otb.selection import select
 from experiments.results_folder import exclusive
 from experiments.seeding import Stream, generator
-from experiments.workers import limit_threads
 from sim.footage.film import shoot
 
 
@@ -34,14 +33,17 @@ def make_benchmark(
 
     Args:
         out: Folder of the benchmark; made where it does not exist.
-        names: Names or attributes of sequences; all of them where empty.
+        names: Names or attributes of sequences, or TB-50; all of them where empty.
         seed: Draws motion, pictures and noise of every sequence.
         workers: Processes; the images and their truth do not depend on it.
     """
     if workers < 1:
         raise ValueError(f"workers must be 1 or greater, got {workers}")
     tags = {name: recipe.attributes for name, recipe in RECIPES.items()}
-    chosen = select(list(RECIPES), names, tags)
+    chosen, complaints = select(tags, [(name, "--only") for name in names])
+    if complaints:
+        raise ValueError("; ".join(complaints))
+    chosen = chosen if names else list(RECIPES)
     sequence_rng(chosen[0], seed)  # complains of a bad seed before anything is written
     with exclusive(out):
         missing = [name for name in chosen if not _is_made(out / name, seed)]
@@ -52,7 +54,7 @@ def make_benchmark(
             for name in _make_all([_Job(out, name, seed) for name in missing], workers):
                 bar.update(lengths[name])
         made = [name for name in RECIPES if (out / name).is_dir()]
-        selection = "" if len(made) == len(RECIPES) else f" --sequences {','.join(made)}"
+        selection = "" if len(made) == len(RECIPES) else f" --only {','.join(made)}"
         write_index(out, [read_source(out / name) for name in made], selection)
     return chosen
 
@@ -90,9 +92,10 @@ def _make_all(jobs: Sequence[_Job], workers: int) -> Generator[str, None, None]:
     if workers == 1 or len(jobs) < 2:
         yield from map(_make_one, jobs)
         return
-    context = multiprocessing.get_context("spawn")
-    with context.Pool(min(workers, len(jobs)), initializer=limit_threads) as pool:
-        yield from pool.imap_unordered(_make_one, jobs)
+    for answer in processes.run_all(_make_one, jobs, workers):
+        if isinstance(answer, processes.Lost):
+            raise OSError(f"{answer.task.name}: {answer.remark}")
+        yield answer
 
 
 def _make_one(job: _Job) -> str:

@@ -6,8 +6,8 @@ import pytest
 
 from experiments.otb import make
 from experiments.otb.clips import RECIPES, Recipe
-from experiments.otb.make_command import Make
-from experiments.otb.sequences import SequenceError, load_sequence
+from experiments.otb.commands import Make
+from experiments.otb.sequences import GROUND_TRUTH, VideoSequence, load_sequence
 from sim.footage.clip import Actor, Clip, Moves
 from sim.footage.motion import Wave
 
@@ -22,6 +22,10 @@ TINY = {"Drift": Recipe(("FM", "MB"), CLIP), "Stay": Recipe(("IV",), replace(CLI
 @pytest.fixture
 def tiny(monkeypatch):
     monkeypatch.setattr(make, "RECIPES", TINY)
+
+
+def load(root, name) -> VideoSequence:
+    return load_sequence(name, root / name / GROUND_TRUTH)
 
 
 def contents(folder):
@@ -43,7 +47,7 @@ def made(tmp_path_factory):
 
 
 def test_a_sequence_can_be_read_as_any_other_of_the_benchmark(made):
-    sequence = load_sequence(made / "Drift")
+    sequence = load(made, "Drift")
     assert len(sequence) == 3
     assert sequence.attributes == ("FM", "MB")
     assert sequence.image(0).shape == (240, 320, 3)
@@ -54,7 +58,7 @@ def test_the_first_warp_maps_the_template_onto_the_first_box(made):
     path = made / "Drift" / "affine.csv"
     assert path.read_text().splitlines()[0] == "frame,a11,a12,a21,a22,x,y,visible"
     rows = np.loadtxt(path, delimiter=",", skiprows=1)
-    x, y, w, h = load_sequence(made / "Drift").boxes[0] - [1, 1, 0, 0]
+    x, y, w, h = load(made, "Drift").boxes[0] - [1, 1, 0, 0]
     unit = np.sqrt(w * h)
     assert rows[:, 0].tolist() == [1, 2, 3]
     expected = [unit, 0, 0, unit, x + (w - 1) / 2, y + (h - 1) / 2]
@@ -67,7 +71,7 @@ def test_the_corners_bound_the_box(made):
     assert header == "frame,x1,y1,x2,y2,x3,y3,x4,y4"
     rows = np.loadtxt(made / "Drift" / "corners.csv", delimiter=",", skiprows=1)
     corners = rows[:, 1:].reshape(-1, 4, 2)
-    boxes = load_sequence(made / "Drift").boxes
+    boxes = load(made, "Drift").boxes
     assert np.allclose(corners.min(axis=1) + 1.5, boxes[:, :2], atol=1e-3)
     assert np.allclose(np.ptp(corners, axis=1), boxes[:, 2:], atol=1e-3)
 
@@ -87,7 +91,7 @@ def test_the_index_names_sequences_seed_and_command(made):
 def test_a_sequence_does_not_depend_on_the_others(tiny, made, tmp_path):
     assert make.make_benchmark(tmp_path, ["Stay"]) == ["Stay"]
     assert contents(tmp_path / "Stay") == contents(made / "Stay")
-    assert "--sequences Stay" in (tmp_path / "README.md").read_text()
+    assert "--only Stay" in (tmp_path / "README.md").read_text()
 
 
 def test_what_is_there_is_not_made_again_and_half_of_one_is(tiny, made, tmp_path, monkeypatch):
@@ -139,10 +143,10 @@ def test_a_foreign_folder_and_another_recipe_are_not_overwritten(tiny, tmp_path,
 
 
 def test_the_command_makes_what_it_is_asked_for(tiny, tmp_path, capsys):
-    assert Make(out=tmp_path, sequences="Stay, ", workers=1).run() == 0
+    assert Make(out=tmp_path, only=("Stay,",), workers=1).run() == 0
     assert capsys.readouterr().out == f"1 sequence: {tmp_path}\n"
-    with pytest.raises(SequenceError, match="attributes: IV, SV"):
-        Make(out=tmp_path, sequences="XX", workers=1).run()
+    with pytest.raises(ValueError, match="attributes: IV, SV"):
+        Make(out=tmp_path, only=("XX",), workers=1).run()
 
 
 @pytest.mark.slow
