@@ -40,9 +40,10 @@ def vee(M: np.ndarray) -> np.ndarray:
 
 def is_valid(X: np.ndarray, det_range: tuple[float, float] = (1e-9, 1e9)) -> np.ndarray:
     """(...,) True where X is finite and det A lies inside `det_range`."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        det = _det2(X)
-        return np.isfinite(X).all(axis=(-2, -1)) & (det >= det_range[0]) & (det <= det_range[1])
+    X = np.ascontiguousarray(X, float)
+    result = np.empty(X.shape[:-2], bool)
+    loops.is_valid(X.reshape(-1, 3, 3), *det_range, result.reshape(-1))
+    return result
 
 
 def compose(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
@@ -133,6 +134,23 @@ def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
     e = np.ascontiguousarray(e, float)
     result = np.empty(e.shape[:-1])
     loops.log_det_right_jacobian(e.reshape(-1, 6), result.reshape(-1))
+    return result
+
+
+def first_moment(X: np.ndarray, Y: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """(6,) weighted sum of the tangent vectors from X (3, 3) to Y (n, 3, 3).
+
+    Those of Y without a logarithm there (some that are half a turn away) count as X.
+    """
+    result = np.empty(6)
+    loops.first_moment(X, np.ascontiguousarray(Y, float), weights, result)
+    return result
+
+
+def second_moment(X: np.ndarray, Y: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """(6, 6) weighted sum of the outer products of those tangent vectors."""
+    result = np.empty((6, 6))
+    loops.second_moment(X, np.ascontiguousarray(Y, float), weights, result)
     return result
 
 

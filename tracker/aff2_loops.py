@@ -38,43 +38,103 @@ def log(X: np.ndarray, out: np.ndarray) -> None:
 def difference(X: np.ndarray, Y: np.ndarray, out: np.ndarray) -> None:
     """Tangent vectors (n, 6) from X to Y (n, 3, 3); one of them may be a single element."""
     for i in range(len(out)):
-        A, B = X[min(i, len(X) - 1)], Y[min(i, len(Y) - 1)]
-        det = A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
-        a, b, c, d = A[1, 1] / det, -A[0, 1] / det, -A[1, 0] / det, A[0, 0] / det
-        x, y = B[0, 2] - A[0, 2], B[1, 2] - A[1, 2]
-        _log_into(
-            a * B[0, 0] + b * B[1, 0],
-            a * B[0, 1] + b * B[1, 1],
-            c * B[0, 0] + d * B[1, 0],
-            c * B[0, 1] + d * B[1, 1],
-            a * x + b * y,
-            c * x + d * y,
-            out[i],
-        )
+        difference_one(X[min(i, len(X) - 1)], Y[min(i, len(Y) - 1)], out[i])
+
+
+@njit(cache=True, error_model="numpy")
+def difference_one(X: np.ndarray, Y: np.ndarray, out: np.ndarray) -> None:
+    """Tangent vector (6,) from X to Y (3, 3)."""
+    det = X[0, 0] * X[1, 1] - X[0, 1] * X[1, 0]
+    a, b, c, d = X[1, 1] / det, -X[0, 1] / det, -X[1, 0] / det, X[0, 0] / det
+    x, y = Y[0, 2] - X[0, 2], Y[1, 2] - X[1, 2]
+    _log_into(
+        a * Y[0, 0] + b * Y[1, 0],
+        a * Y[0, 1] + b * Y[1, 1],
+        c * Y[0, 0] + d * Y[1, 0],
+        c * Y[0, 1] + d * Y[1, 1],
+        a * x + b * y,
+        c * x + d * y,
+        out,
+    )
 
 
 @njit(cache=True, error_model="numpy")
 def perturb(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
     """X exp(hat(e)) (n, 3, 3); X or e may be a single one."""
     for i in range(len(out)):
-        A, v = X[min(i, len(X) - 1)], e[min(i, len(e) - 1)]
-        V, E = _integral_and_exponential(v[0], v[1], v[2], v[3])
-        x, y = V[0] * v[4] + V[1] * v[5], V[2] * v[4] + V[3] * v[5]
-        for row in range(2):
-            out[i, row, 0] = A[row, 0] * E[0] + A[row, 1] * E[2]
-            out[i, row, 1] = A[row, 0] * E[1] + A[row, 1] * E[3]
-            out[i, row, 2] = A[row, 0] * x + A[row, 1] * y + A[row, 2]
-        out[i, 2, 0], out[i, 2, 1], out[i, 2, 2] = 0.0, 0.0, 1.0
+        perturb_one(X[min(i, len(X) - 1)], e[min(i, len(e) - 1)], out[i])
+
+
+@njit(cache=True, error_model="numpy")
+def perturb_one(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
+    """X exp(hat(e)) (3, 3) of X (3, 3) and e (6,)."""
+    V, E = _integral_and_exponential(e[0], e[1], e[2], e[3])
+    x, y = V[0] * e[4] + V[1] * e[5], V[2] * e[4] + V[3] * e[5]
+    for row in range(2):
+        a, b = X[row, 0], X[row, 1]
+        out[row, 0] = a * E[0] + b * E[2]
+        out[row, 1] = a * E[1] + b * E[3]
+        out[row, 2] = a * x + b * y + X[row, 2]
+    out[2, 0], out[2, 1], out[2, 2] = 0.0, 0.0, 1.0
 
 
 @njit(cache=True, error_model="numpy")
 def log_det_right_jacobian(e: np.ndarray, out: np.ndarray) -> None:
     """ln |det Jr| (n,) at tangent vectors (n, 6)."""
     for i in range(len(e)):
-        _, s = _cosine_sine(e[i, 1] ** 2 + e[i, 3] ** 2 - e[i, 2] ** 2)
-        V, _ = _integral_and_exponential(-e[i, 0], -e[i, 1], -e[i, 2], -e[i, 3])
-        det = V[0] * V[3] - V[1] * V[2]
-        out[i] = 2.0 * math.log(abs(s)) + math.log(abs(det))
+        out[i] = log_det_right_jacobian_one(e[i])
+
+
+@njit(cache=True, error_model="numpy")
+def log_det_right_jacobian_one(e: np.ndarray) -> float:
+    """ln |det Jr| at a tangent vector (6,)."""
+    _, s = _cosine_sine(e[1] ** 2 + e[3] ** 2 - e[2] ** 2)
+    V, _ = _integral_and_exponential(-e[0], -e[1], -e[2], -e[3])
+    det = V[0] * V[3] - V[1] * V[2]
+    return 2.0 * math.log(abs(s)) + math.log(abs(det))
+
+
+@njit(cache=True, error_model="numpy")
+def is_valid(X: np.ndarray, low: float, high: float, out: np.ndarray) -> None:
+    """True (n,) where X (n, 3, 3) is finite and det A from `low` to `high`."""
+    for i in range(len(X)):
+        det = X[i, 0, 0] * X[i, 1, 1] - X[i, 0, 1] * X[i, 1, 0]
+        total = 0.0
+        for row in range(2):
+            for column in range(3):
+                total += abs(X[i, row, column])
+        out[i] = (low <= det <= high) and total < math.inf
+
+
+@njit(cache=True, error_model="numpy")
+def first_moment(X: np.ndarray, Y: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+    """Weighted sum (6,) of the tangent vectors from X (3, 3) to Y (n, 3, 3).
+
+    Elements without a logarithm there count as if they were at X.
+    """
+    e = np.empty(6)
+    out[:] = 0.0
+    for i in range(len(Y)):
+        difference_one(X, Y[i], e)
+        if _is_finite(e):
+            for j in range(6):
+                out[j] += weights[i] * e[j]
+
+
+@njit(cache=True, error_model="numpy")
+def second_moment(X: np.ndarray, Y: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+    """Weighted sum (6, 6) of the outer products of those tangent vectors."""
+    e = np.empty(6)
+    out[:] = 0.0
+    for i in range(len(Y)):
+        difference_one(X, Y[i], e)
+        if _is_finite(e):
+            for j in range(6):
+                for k in range(j + 1):
+                    out[j, k] += weights[i] * e[j] * e[k]
+    for j in range(6):
+        for k in range(j):
+            out[k, j] = out[j, k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -186,6 +246,14 @@ def _block_logarithm(
     else:
         k = 0.5 * math.log((tau + q) / (tau - q)) / q if tau > q else math.nan
     return 0.5 * math.log(det), k, aspect, turn, shear
+
+
+@njit(cache=True, error_model="numpy")
+def _is_finite(e: np.ndarray) -> bool:
+    for j in range(len(e)):
+        if not math.isfinite(e[j]):
+            return False
+    return True
 
 
 @njit(cache=True, error_model="numpy")

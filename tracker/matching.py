@@ -52,17 +52,10 @@ class PatchMatcher:
         self.template = template
         samples = template.values.size
         self._points = np.ascontiguousarray(template.points[:2], np.float32)
-        self._jacobian = np.ascontiguousarray(template.jacobian.T)
+        self._values = template.values.copy()
+        self._jacobian = _of_normalised(template.jacobian, template.values)
+        self._whole = (self._jacobian @ self._jacobian.T) / samples
         self._scratch = np.empty((6, samples), np.float32)
-        self._whole = np.empty((6, 6), np.float32)
-        patch_loops.normal_matrix(
-            self._jacobian,
-            template.values,
-            np.ones(samples, np.float32),
-            np.float32(samples),
-            np.float32(1.0),
-            self._whole,
-        )
 
     def fit(self, layers: Layers, warps: np.ndarray, clip: float) -> PatchFit:
         """Compares the patches under warps (n, 3, 3); residuals beyond `clip` count linearly."""
@@ -72,7 +65,7 @@ class PatchMatcher:
             layers.mask,
             warps,
             self._points,
-            self.template.values,
+            self._values,
             self.template.basis,
             clip,
             self._scratch,
@@ -96,7 +89,7 @@ class PatchMatcher:
             layers.mask,
             warps,
             self._points,
-            self.template.values,
+            self._values,
             self.template.basis,
             self._jacobian,
             self._whole,
@@ -117,3 +110,14 @@ class PatchMatcher:
         if total >= 1.0:
             patch_loops.normalise(values, weights, total, np.float32(1.0), values)
         return values, weights
+
+
+def _of_normalised(jacobian: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(6, m) derivative of normalised values, from that (m, 6) of values normalised once.
+
+    Mean and deviation move with the warp as well, so the parts along 1 and the values drop out.
+    """
+    J = jacobian.T.astype(float)
+    J -= J.mean(axis=1, keepdims=True)
+    J -= (J @ values / len(values))[:, None] * values
+    return np.ascontiguousarray(J, np.float32)

@@ -68,10 +68,10 @@ def sample(
 
 
 @njit(cache=True, fastmath=_REORDER, error_model="numpy")
-def normalise(
-    values: np.ndarray, weights: np.ndarray, total: float, floor: float, out: np.ndarray
-) -> float:
-    """`values` (m,) less their mean over their deviation, which is returned; both weighted."""
+def mean_and_deviation(
+    values: np.ndarray, weights: np.ndarray, total: float, floor: float
+) -> tuple[float, float]:
+    """Weighted mean of `values` (m,), and the root of their variance or of `floor`."""
     mean = _ZERO
     for m in range(len(values)):
         mean += weights[m] * values[m]
@@ -80,7 +80,15 @@ def normalise(
     for m in range(len(values)):
         difference = values[m] - mean
         variance += weights[m] * difference * difference
-    deviation = np.sqrt(max(variance / total, floor))
+    return mean, np.sqrt(max(variance / total, floor))
+
+
+@njit(cache=True, fastmath=_REORDER, error_model="numpy")
+def normalise(
+    values: np.ndarray, weights: np.ndarray, total: float, floor: float, out: np.ndarray
+) -> float:
+    """`values` (m,) less their mean over their deviation, which is returned; both weighted."""
+    mean, deviation = mean_and_deviation(values, weights, total, floor)
     gain = _ONE / deviation
     for m in range(len(values)):
         out[m] = (values[m] - mean) * gain
@@ -110,22 +118,28 @@ def _residual(
     values: np.ndarray,
     basis: np.ndarray,
     scratch: np.ndarray,
-) -> tuple[float, float]:
-    """Residual into scratch[3], normalised template into [4], weights into [5].
+) -> tuple[float, float, np.ndarray]:
+    """Residual into scratch[3], weights into scratch[5].
 
-    Returns the number of visible samples, and the deviation of the template over them.
+    Returns the number of visible samples, and over them the deviation of the template and the
+    template (m,) normalised. `values` (m,) are normalised over all samples.
     """
     residual, template, weights = scratch[3], scratch[4], scratch[5]
+    deviation = _ONE
     total = sample(grey, mask, warp, points, residual, weights, scratch[:3])
     if total < _ONE:
-        return _ZERO, _ONE
-    normalise(residual, weights, total, _MIN_VARIANCE, residual)
-    deviation = normalise(values, weights, total, _MIN_TEMPLATE_VARIANCE, template)
+        return _ZERO, deviation, template
+    if total == len(values):
+        template = values
+    else:
+        deviation = normalise(values, weights, total, _MIN_TEMPLATE_VARIANCE, template)
+    mean, spread = mean_and_deviation(residual, weights, total, _MIN_VARIANCE)
+    gain = _ONE / spread
     for m in range(len(values)):
-        residual[m] = template[m] - residual[m]
+        residual[m] = template[m] - (residual[m] - mean) * gain
     if len(basis):
         remove_subspace(residual, weights, total, basis)
-    return total, deviation
+    return total, deviation, template
 
 
 @njit(cache=True, fastmath=_REORDER, error_model="numpy")
@@ -141,10 +155,10 @@ def compare(
     out: np.ndarray,
 ) -> None:
     """Into `out` (n, 3): correlation, visible fraction and mean Huber cost."""
-    residual, template, weights = scratch[3], scratch[4], scratch[5]
+    residual, weights = scratch[3], scratch[5]
     clip = np.float32(limit)
     for i in range(len(warps)):
-        total, _ = _residual(grey, mask, warps[i], points, values, basis, scratch)
+        total, _, template = _residual(grey, mask, warps[i], points, values, basis, scratch)
         correlation, cost = _ZERO, _ZERO
         for m in range(len(values)):
             r = residual[m]
@@ -179,13 +193,13 @@ def linearise(
     """Mean of J^T r (n, 6) and of J^T J (n, 6, 6) over the visible samples.
 
     Into `fit` (n, 2): visible fraction and mean squared residual.
-    J is that of the normalised template: mean and deviation move with the warp as well.
-    `jacobian` (6, m) is of the raw template; `whole_information` (6, 6) holds if all is visible.
+    `jacobian` (6, m) is that of the template normalised over all samples, so that its rows have
+    no part along 1 and the template; `whole_information` (6, 6) holds if all is visible.
     """
-    residual, template, weights = scratch[3], scratch[4], scratch[5]
+    residual, weights = scratch[3], scratch[5]
     count, clip = len(values), np.float32(limit)
     for i in range(len(warps)):
-        total, deviation = _residual(grey, mask, warps[i], points, values, basis, scratch)
+        total, deviation, template = _residual(grey, mask, warps[i], points, values, basis, scratch)
         fit[i, 0], fit[i, 1] = total / count, _ZERO
         if total < _ONE:
             gradient[i], information[i] = 0.0, 0.0
@@ -200,17 +214,17 @@ def linearise(
             total_r += r
             total_rT += r * template[m]
         fit[i, 1] = squared / total
-        for m in range(count):  # mean and deviation move with the warp
-            residual[m] -= weights[m] * (total_r + total_rT * template[m]) / total
+        if total == count:
+            information[i] = whole_information
+        else:  # mean and deviation over the visible samples move with the warp
+            for m in range(count):
+                residual[m] -= weights[m] * (total_r + total_rT * template[m]) / total
+            normal_matrix(jacobian, template, weights, total, deviation, information[i])
         for j in range(6):
             product = _ZERO
             for m in range(count):
                 product += residual[m] * jacobian[j, m]
             gradient[i, j] = product / (total * deviation)
-        if total == count:
-            information[i] = whole_information
-        else:
-            normal_matrix(jacobian, template, weights, total, deviation, information[i])
 
 
 @njit(cache=True, fastmath=_REORDER, error_model="numpy")

@@ -11,11 +11,12 @@ from typing import Protocol
 
 import numpy as np
 
-from tracker import cholesky_loops
+from tracker import gaussian_loops
 from tracker.likelihood import Observation
 from tracker.state_space import StateSpace
 
 _STEP_LIMIT = 0.5
+"""Longest Gauss-Newton step: farther out a linearisation means nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,7 @@ class PriorProposal:
 
 @dataclass(frozen=True)
 class GaussianProposal:
-    """Gaussian importance function on the state space, linearised at the image.
+    """Gaussian importance function on Aff(2), linearised at the image.
 
     The moments of [IGPF2021] Eqs (20)-(23) in information form, `Sigma = (Q^-1 + J^T R^-1 J)^-1`,
     iterated as in [Kwon2014]. A share of the particles may come from the prior (defensive
@@ -90,65 +91,19 @@ class GaussianProposal:
         space: StateSpace,
         rng: np.random.Generator,
     ) -> Draw:
-        """Draws from the local posterior of each predicted warp."""
+        """Draws from the local posterior of each predicted warp. [IGPF2021] Eqs (21)-(23)."""
+        del space
         count = len(predicted)
         noise = rng.standard_normal((count, 6))
-        is_defensive = rng.random(count) < self.prior_share
-        means, root = self._local_posterior(predicted, variances, observation, space)
-        e = np.empty_like(noise)
-        cholesky_loops.solve_upper(root, noise, e)
-        warps = space.perturb(means, e)
-        spread = noise[is_defensive] * np.sqrt(variances)
-        warps[is_defensive] = space.perturb(predicted[is_defensive], spread)
-        if self.prior_share > 0.0:
-            e = space.difference(means, warps)
-        log_q = _log_density(e, root, space)
-        from_prior = space.difference(predicted, warps)
-        prior_root = np.diag(1.0 / np.sqrt(variances))
-        log_p = _log_density(from_prior, prior_root, space)
-        if self.prior_share > 0.0:
-            share = self.prior_share
-            log_q = np.logaddexp(np.log1p(-share) + log_q, np.log(share) + log_p)
-        return Draw(warps, log_p - log_q)
-
-    def _local_posterior(
-        self,
-        predicted: np.ndarray,
-        variances: np.ndarray,
-        observation: Observation,
-        space: StateSpace,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Means (n, 3, 3), lower Cholesky factors of the precisions (n, 6, 6).
-
-        [IGPF2021] Eqs (21)-(23).
-        """
-        means, e = predicted, np.zeros((len(predicted), 6))
-        root = np.empty((len(predicted), 6, 6))
-        for step in range(self.iterations):
-            gradient, precision = observation.linearise(means)
-            precision[:, range(6), range(6)] += 1.0 / variances
-            cholesky_loops.factorise(precision, root)
-            delta = gradient - e / variances
-            cholesky_loops.solve_lower(root, delta, delta)
-            cholesky_loops.solve_upper(root, delta, delta)
-            means = space.perturb(means, _bounded(delta))
-            if step + 1 < self.iterations:
-                e = space.difference(predicted, means)
-        return means, root
-
-
-def _bounded(delta: np.ndarray) -> np.ndarray:
-    """Steps shortened to the basin where a linearisation means anything; NaN becomes 0."""
-    delta = np.nan_to_num(delta, nan=0.0, posinf=0.0, neginf=0.0)
-    length = np.linalg.norm(delta, axis=-1, keepdims=True)
-    return delta * np.minimum(1.0, _STEP_LIMIT / np.maximum(length, 1e-12))
-
-
-def _log_density(e: np.ndarray, root: np.ndarray, space: StateSpace) -> np.ndarray:
-    """(n,) log Gaussian density at e, less (2 pi)^3, against the invariant measure.
-
-    `root` (..., 6, 6) is the lower Cholesky factor of the precision.
-    """
-    whitened = (np.swapaxes(root, -1, -2) @ e[..., None])[..., 0]
-    log_det = np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(axis=-1)
-    return log_det - 0.5 * (whitened**2).sum(axis=-1) - space.log_volume(e)
+        is_prior = rng.random(count) < self.prior_share
+        means, root = predicted.copy(), np.empty((count, 6, 6))
+        for _ in range(self.iterations):
+            gradient, information = observation.linearise(means)
+            gaussian_loops.climb(
+                predicted, variances, gradient, information, _STEP_LIMIT, means, root
+            )
+        warps, log_ratio = np.empty_like(means), np.empty(count)
+        gaussian_loops.draw(
+            predicted, variances, means, root, noise, is_prior, self.prior_share, warps, log_ratio
+        )
+        return Draw(warps, log_ratio)

@@ -25,8 +25,10 @@ class StateSpace(Protocol):
         """(n, 6) tangent vector from `start` to `end`; inverse of `perturb`."""
         ...
 
-    def log_volume(self, e: np.ndarray) -> np.ndarray:
-        """(n,) log of the volume change of `perturb` at e."""
+    def mean_difference(
+        self, start: np.ndarray, ends: np.ndarray, weights: np.ndarray
+    ) -> np.ndarray:
+        """(6,) weighted sum of the tangent vectors from `start` (3, 3) to `ends` (n, 3, 3)."""
         ...
 
 
@@ -41,9 +43,11 @@ class AffineGroup:
         """vee log(start^-1 end)."""
         return aff2.difference(start, end)
 
-    def log_volume(self, e: np.ndarray) -> np.ndarray:
-        """ln |det Jr(e)|."""
-        return aff2.log_det_right_jacobian(e)
+    def mean_difference(
+        self, start: np.ndarray, ends: np.ndarray, weights: np.ndarray
+    ) -> np.ndarray:
+        """Those without a logarithm count as if they were at `start`."""
+        return aff2.first_moment(start, ends, weights)
 
 
 class AffineVector:
@@ -68,9 +72,11 @@ class AffineVector:
         e[..., 4:] /= np.exp(p[..., :1])
         return e
 
-    def log_volume(self, e: np.ndarray) -> np.ndarray:
-        """Zero: a vector space is flat."""
-        return np.zeros(e.shape[:-1])
+    def mean_difference(
+        self, start: np.ndarray, ends: np.ndarray, weights: np.ndarray
+    ) -> np.ndarray:
+        """Angles are averaged around that of `start`."""
+        return weights @ self.difference(start, ends)
 
 
 STATE_SPACES: dict[str, StateSpace] = {"group": AffineGroup(), "vector": AffineVector()}
@@ -85,12 +91,6 @@ def moments(
     logarithm there (some that are half a turn away) count as if they were at the mean.
     """
     Xbar = warps[int(np.argmax(weights))]
-    for _ in range(3):
-        Xbar = space.perturb(Xbar, weights @ _finite(space.difference(Xbar, warps)))
-    e = _finite(aff2.difference(Xbar, warps))
-    return Xbar, np.einsum("n,ni,nj->ij", weights, e, e)
-
-
-def _finite(e: np.ndarray) -> np.ndarray:
-    """Tangent vectors (n, 6), zero where one is not finite."""
-    return np.where(np.isfinite(e).all(axis=1, keepdims=True), e, 0.0)
+    for _ in range(2):
+        Xbar = space.perturb(Xbar, space.mean_difference(Xbar, warps, weights))
+    return Xbar, aff2.second_moment(Xbar, warps, weights)
