@@ -7,7 +7,7 @@ autoregressive velocity of Eq (9) follows; here in seconds, so that a dropped im
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from tracker import aff2
 from tracker.likelihood import Observation
 from tracker.proposal import GaussianProposal, PriorProposal, Proposal
-from tracker.resampling import RESAMPLERS, Particles, ResamplingContext
+from tracker.resampling import RESAMPLERS, CombinationConfig, Particles, ResamplingContext
 from tracker.state_space import STATE_SPACES, moments
 
 
@@ -41,12 +41,10 @@ class FilterConfig:
     """Linearisations of the Gaussian importance function per image."""
     prior_share: float = 0.1
     """Share of particles that the Gaussian proposal draws from the prior instead."""
-    step_gain: float = 0.5
-    """K of [IGPF2021] Eq (24)."""
-    max_halvings: int = 2
-    """Halvings of the step in the improved Gaussian resampling before the parent is kept."""
+    combination: CombinationConfig = field(default_factory=CombinationConfig)
+    """Settings of the improved Gaussian resampling."""
     is_estimate_late: bool = False
-    """Estimate from the resampled particles. [IGPF2021] Algorithm 1 does not say when; it makes a
+    """Estimate from the resampled particles, the order of [IGPFPatent] step 6; it makes a
     difference only where resampling looks for better places."""
 
     def __post_init__(self) -> None:
@@ -59,9 +57,6 @@ class FilterConfig:
             raise ValueError(f"particle_count must be 1 or greater, got {self.particle_count}")
         _require_range("resampling_threshold", self.resampling_threshold, 0.0, 1.0)
         _require_range("autoregression", self.autoregression, 0.0, 1.0)
-        _require_range("step_gain", self.step_gain, 0.0, 10.0)
-        if self.max_halvings < 0:
-            raise ValueError(f"max_halvings must be 0 or greater, got {self.max_halvings}")
         noise = np.asarray(self.noise_per_root_s, float)
         if noise.shape != (6,) or not (np.isfinite(noise).all() and (noise > 0).all()):
             raise ValueError(
@@ -201,7 +196,8 @@ class ParticleFilter:
         """Particles with normalised weights, and the log evidence. [IGPF2021] Eq (11)."""
         is_good = self._is_good(warps)
         stand_in = self.particles.warps[0]
-        warps = np.where(is_good[:, None, None], warps, stand_in)
+        if not is_good.all():
+            warps = np.where(is_good[:, None, None], warps, stand_in)
         log_likelihoods = observation.log_likelihood(warps)
         log_weights = self.particles.log_weights + log_likelihoods + log_ratio
         log_weights = np.where(is_good & np.isfinite(log_weights), log_weights, -np.inf)
@@ -222,8 +218,7 @@ class ParticleFilter:
             space=self._space,
             observation=observation,
             covariance=self._covariance,
-            step_gain=self._config.step_gain,
-            max_halvings=self._config.max_halvings,
+            combination=self._config.combination,
         )
         return self._resample(particles, context, self._rng)
 

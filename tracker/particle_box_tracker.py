@@ -20,6 +20,7 @@ from tracker.correlation import CorrelationConfig, CorrelationFilter, Response
 from tracker.filter import FilterConfig, FilterEstimate, ParticleFilter
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
+from tracker.resampling import CombinationConfig
 from tracker.template import Template
 from tracker.window import Window, WindowObservation, cut_window
 
@@ -53,7 +54,7 @@ VIDEO_FILTER = FilterConfig(
     noise_per_root_s=(0.015, 0.005, 0.02, 0.005, 0.08, 0.08),
     iterations=1,
     prior_share=0.0,
-    max_halvings=3,
+    combination=CombinationConfig(max_halvings=3),
 )
 """Noise rates are per image."""
 VIDEO_LIKELIHOOD = LikelihoodConfig(

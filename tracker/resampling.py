@@ -6,8 +6,10 @@ particles and are unbiased; the Gaussian ones place new warps and follow [IGPF20
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
@@ -44,6 +46,45 @@ class Particles:
         return float(1.0 / np.sum(self.weights**2))
 
 
+@dataclass(frozen=True)
+class CombinationConfig:
+    """How improved Gaussian resampling combines particles of high and of low weight.
+
+    [IGPF2021] Eqs (24) and (25) are lost in the text at hand; the defaults are the readings that
+    its words support best, and `docs/method.md` compares the others.
+    """
+
+    step_gain: float = 0.5
+    """K of Eq (24); no value is given."""
+    dimension: int = 6
+    """dim of Eq (25), `L = N^(-1/dim)`: 6 for the state, 3 for a pose."""
+    max_halvings: int = 2
+    """Times L is halved before a particle falls back to its parent."""
+    direction: Literal["towards-low", "away-from-low", "from-low"] = "towards-low"
+    """From the Gaussian copy towards a low particle, away from it, or from the low particle
+    towards the copy."""
+    low: Literal["not-drawn", "below-average"] = "not-drawn"
+    """The low particles: those that no draw chose, or [IGPFPatent] those below a threshold."""
+    centre: Literal["parent", "best"] = "parent"
+    """Each copy spreads around its own parent, or [IGPFPatent] all around the best particle."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.step_gain) and 0.0 <= self.step_gain <= 10.0):
+            raise ValueError(f"step_gain must be a number from 0 to 10, got {self.step_gain!r}")
+        if self.dimension < 1:
+            raise ValueError(f"dimension must be 1 or greater, got {self.dimension}")
+        if self.max_halvings < 0:
+            raise ValueError(f"max_halvings must be 0 or greater, got {self.max_halvings}")
+        for name, choices in (
+            ("direction", ("towards-low", "away-from-low", "from-low")),
+            ("low", ("not-drawn", "below-average")),
+            ("centre", ("parent", "best")),
+        ):
+            value = getattr(self, name)
+            if value not in choices:
+                raise ValueError(f"{name} must be one of {', '.join(choices)}; got {value!r}")
+
+
 @dataclass(frozen=True, eq=False)
 class ResamplingContext:
     """What a resampler may use beside the particles."""
@@ -52,10 +93,7 @@ class ResamplingContext:
     observation: Observation
     covariance: np.ndarray
     """(6, 6) of the estimate one step ago, around which Gaussian resamplers spread."""
-    step_gain: float = 0.5
-    """K of [IGPF2021] Eq (24); the paper gives no value."""
-    max_halvings: int = 3
-    """Times the step L may be halved before a particle falls back to its parent."""
+    combination: CombinationConfig = field(default_factory=CombinationConfig)
 
 
 Resampler = Callable[[Particles, ResamplingContext, np.random.Generator], Particles]
@@ -85,29 +123,31 @@ def gaussian(p: Particles, context: ResamplingContext, rng: np.random.Generator)
 def improved_gaussian(
     p: Particles, context: ResamplingContext, rng: np.random.Generator
 ) -> Particles:
-    """Gaussian copies of high-weight particles, moved towards low-weight ones.
+    """Gaussian copies of high-weight particles, combined with low-weight ones.
 
-    `X_new = X_first exp(K L log(X_first^-1 X_min))`, accepted if its observation weight exceeds
-    its parent's; otherwise L is halved, and at last the parent itself is kept.
-    Source: [IGPF2021] Eqs (24), (25). The displayed equations are lost in the text at hand: the
-    direction (towards X_min) and L = N^(-1/6) are our reading. The greedy acceptance makes the
-    output concentrate on modes; it is a heuristic, not a sample of the posterior.
+    `X_new = X_first exp(K L log(X_first^-1 X_min))` with `L = N^(-1/dim)`, accepted if its
+    observation weight exceeds its parent's; otherwise L is halved, and at last the parent itself
+    is kept. The greedy acceptance makes the output concentrate on modes; it is a heuristic, not a
+    sample of the posterior. Source: [IGPF2021] Eqs (24), (25), in the reading of the context.
     """
+    config, space = context.combination, context.space
     parents = multinomial_indices(p.weights, rng)
-    first = _spread(p.warps[parents], context, rng)
-    low = np.setdiff1d(np.arange(p.count), parents)
-    if len(low) == 0:
-        low = np.arange(p.count)
-    partners = p.warps[rng.choice(low, size=p.count)]
-    direction = context.space.difference(first, partners)
-    step = context.step_gain * p.count ** (-1.0 / 6.0)
+    is_at_best = config.centre == "best"
+    centres = np.full(p.count, np.argmax(p.log_weights)) if is_at_best else parents
+    first = _spread(p.warps[centres], context, rng)
+    partners = p.warps[rng.choice(_low(p, parents, config), size=p.count)]
+    start, end = (partners, first) if config.direction == "from-low" else (first, partners)
+    direction = space.difference(start, end)
+    step = config.step_gain * p.count ** (-1.0 / config.dimension)
+    if config.direction == "away-from-low":
+        step = -step
     warps, scores = p.warps[parents], p.log_likelihoods[parents]
     accepted_scores = scores.copy()
     open_ = np.flatnonzero(np.isfinite(direction).all(axis=1))
-    for _ in range(context.max_halvings + 1):
+    for _ in range(config.max_halvings + 1):
         if len(open_) == 0:
             break
-        trial = context.space.perturb(first[open_], step * direction[open_])
+        trial = space.perturb(start[open_], step * direction[open_])
         trial_scores = context.observation.log_likelihood(trial)
         is_better = trial_scores > scores[open_]
         warps[open_[is_better]] = trial[is_better]
@@ -115,6 +155,15 @@ def improved_gaussian(
         open_ = open_[~is_better]
         step *= 0.5
     return replace(_copies(p, parents), warps=warps, log_likelihoods=accepted_scores)
+
+
+def _low(p: Particles, parents: np.ndarray, config: CombinationConfig) -> np.ndarray:
+    """Indices of the low-weight particles; all where none is low."""
+    if config.low == "not-drawn":
+        is_low = np.bincount(parents, minlength=p.count) == 0
+    else:
+        is_low = p.log_weights < -math.log(p.count)
+    return np.flatnonzero(is_low) if is_low.any() else np.arange(p.count)
 
 
 RESAMPLERS: dict[str, Resampler] = {

@@ -6,6 +6,7 @@ import pytest
 from tracker import aff2
 from tracker.resampling import (
     RESAMPLERS,
+    CombinationConfig,
     Particles,
     ResamplingContext,
     multinomial_indices,
@@ -42,9 +43,9 @@ def cloud(observation, count=100, spread=0.2, seed=0):
     return Particles(warps, warps.copy(), log_weights, log_likelihoods)
 
 
-def context(observation, covariance=None, **settings):
-    covariance = 1e-3 * np.eye(6) if covariance is None else covariance
-    return ResamplingContext(STATE_SPACES["group"], observation, covariance, **settings)
+def context(observation, **reading):
+    combination = CombinationConfig(**reading)
+    return ResamplingContext(STATE_SPACES["group"], observation, 1e-3 * np.eye(6), combination)
 
 
 @pytest.mark.parametrize("name", INDEX_DRAWS)
@@ -96,10 +97,23 @@ def test_a_single_heavy_particle_takes_all(name):
     np.testing.assert_array_equal(result.warps, np.tile(heavy, (100, 1, 1)))
 
 
-def test_improved_gaussian_never_falls_below_the_parent():
+@pytest.mark.parametrize(
+    "reading",
+    [
+        {},
+        {"direction": "away-from-low"},
+        {"direction": "from-low"},
+        {"low": "below-average"},
+        {"centre": "best"},
+        {"dimension": 3, "step_gain": 1.0},
+    ],
+)
+def test_improved_gaussian_never_falls_below_the_parent(reading):
     peak = Peak(np.eye(3))
     particles = cloud(peak)
-    result = RESAMPLERS["improved-gaussian"](particles, context(peak), np.random.default_rng(6))
+    result = RESAMPLERS["improved-gaussian"](
+        particles, context(peak, **reading), np.random.default_rng(6)
+    )
     parents = np.sort(particles.log_likelihoods)
     assert result.log_likelihoods.min() >= parents[0]
     np.testing.assert_allclose(result.log_likelihoods, peak.log_likelihood(result.warps), atol=1e-9)
@@ -143,3 +157,80 @@ def test_improved_gaussian_survives_particles_without_a_logarithm():
     )
     assert aff2.is_valid(result.warps).all()
     assert np.isfinite(aff2.log(result.warps)).all()
+
+
+class Everywhere(Peak):
+    """Likes every warp better than a parent, so that the first trial is taken."""
+
+    def log_likelihood(self, warps):
+        return np.full(len(warps), 1e9)
+
+
+@pytest.mark.parametrize(
+    ("reading", "moved"),
+    [
+        ({}, 0.5 * 100 ** (-1 / 6)),
+        ({"dimension": 3}, 0.5 * 100 ** (-1 / 3)),
+        ({"step_gain": 1.0}, 100 ** (-1 / 6)),
+        ({"direction": "away-from-low"}, -0.5 * 100 ** (-1 / 6)),
+        ({"direction": "from-low"}, 1 - 0.5 * 100 ** (-1 / 6)),
+    ],
+)
+def test_the_first_trial_lies_on_the_line_to_a_low_particle(reading, moved):
+    """One heavy particle at the identity, all low ones at x = 1, no spread: Eqs (24), (25)."""
+    low = np.tile(aff2.exp(np.array([0, 0, 0, 0, 1.0, 0])), (99, 1, 1))
+    warps = np.concatenate([np.eye(3)[None], low])
+    log_weights = np.where(np.arange(100) == 0, 0.0, -np.inf)
+    particles = Particles(warps, warps.copy(), log_weights, np.zeros(100))
+    given = ResamplingContext(
+        STATE_SPACES["group"], Everywhere(np.eye(3)), np.zeros((6, 6)), CombinationConfig(**reading)
+    )
+    result = RESAMPLERS["improved-gaussian"](particles, given, np.random.default_rng(0))
+    np.testing.assert_allclose(result.warps[:, 0, 2], moved, atol=1e-12)
+
+
+def test_the_patent_spreads_all_around_the_best_particle():
+    peak = Peak(aff2.exp(np.array([0, 0, 0, 0, 0.1, 0.1])))
+    particles = cloud(peak, spread=0.5)
+    everywhere = Everywhere(np.eye(3))
+    result = RESAMPLERS["improved-gaussian"](
+        particles,
+        context(everywhere, centre="best", step_gain=0.0),
+        np.random.default_rng(1),
+    )
+    best = particles.warps[np.argmax(particles.log_weights)]
+    error = aff2.difference(best, result.warps)
+    np.testing.assert_allclose(error.std(axis=0), np.sqrt(1e-3), rtol=0.3)
+
+
+def test_low_particles_of_the_patent_are_those_below_the_average_weight():
+    """All heavy ones are drawn or not; only the two light ones may pull."""
+    warps = np.tile(np.eye(3), (10, 1, 1))
+    warps[:2, 0, 2] = 5.0
+    weights = np.array([1e-9] * 2 + [1.0] * 8)
+    log_weights = np.log(weights / weights.sum())
+    particles = Particles(warps, warps.copy(), log_weights, np.zeros(10))
+    given = ResamplingContext(
+        STATE_SPACES["group"],
+        Everywhere(np.eye(3)),
+        np.zeros((6, 6)),
+        CombinationConfig(low="below-average"),
+    )
+    result = RESAMPLERS["improved-gaussian"](particles, given, np.random.default_rng(0))
+    np.testing.assert_allclose(result.warps[:, 0, 2], 5.0 * 0.5 * 10 ** (-1 / 6))
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("step_gain", -1.0),
+        ("dimension", 0),
+        ("max_halvings", -1),
+        ("direction", "sideways"),
+        ("low", "all"),
+        ("centre", "worst"),
+    ],
+)
+def test_a_bad_reading_is_refused(field, value):
+    with pytest.raises(ValueError, match=field):
+        CombinationConfig(**{field: value})

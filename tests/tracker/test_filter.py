@@ -95,7 +95,6 @@ def test_particles_before_start_are_refused():
         ("noise_per_root_s", (0.1,)),
         ("iterations", 0),
         ("prior_share", 1.0),
-        ("max_halvings", -1),
         ("resampling_threshold", 1.5),
     ],
 )
