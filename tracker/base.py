@@ -23,6 +23,18 @@ class Status(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
+class ResamplingTrace:
+    """What a resampling started from; what it left are the estimate's particles."""
+
+    warps: np.ndarray
+    """(n, 3, 3) before it."""
+    weights: np.ndarray
+    """(n,) of these, with sum one."""
+    parents: np.ndarray
+    """(n,) which of these each particle afterwards comes from."""
+
+
+@dataclass(frozen=True, eq=False)
 class WarpEstimate:
     """Where the template lies in one image."""
 
@@ -40,7 +52,9 @@ class WarpEstimate:
     """Share of the template that lies in the image and is not hidden, from 0 to 1."""
     status: Status
     particles: np.ndarray = field(default_factory=lambda: np.empty((0, 3, 3)))
-    """(n, 3, 3) warps after resampling, for drawing; may be empty."""
+    """(n, 3, 3) warps after resampling; may be empty."""
+    resampling: ResamplingTrace | None = None
+    """None where nothing was resampled."""
 
     def __post_init__(self) -> None:
         for name in ("warp", "covariance", "particles"):

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from tracker import aff2
+from tracker.base import ResamplingTrace
 from tracker.likelihood import Observation
 from tracker.proposal import GaussianProposal, PriorProposal, Proposal
 from tracker.resampling import RESAMPLERS, CombinationConfig, Particles, ResamplingContext
@@ -83,6 +84,8 @@ class FilterEstimate:
     """Effective sample size."""
     log_evidence: float
     """Log of the mean unnormalised weight; -inf when no particle explains the image."""
+    resampling: ResamplingTrace | None = None
+    """None where nothing was resampled."""
 
 
 class ParticleFilter:
@@ -159,7 +162,10 @@ class ParticleFilter:
         self._particles = resampled
         self._step_s = step_s
         self._covariance = covariance
-        return FilterEstimate(warp, covariance, particles.ess, log_evidence)
+        trace = None
+        if resampled.parents is not None:
+            trace = ResamplingTrace(particles.warps, particles.weights, resampled.parents)
+        return FilterEstimate(warp, covariance, particles.ess, log_evidence, trace)
 
     def coast(self, step_s: float) -> FilterEstimate:
         """Moves the particles through an image that cannot be used."""

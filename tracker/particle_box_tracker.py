@@ -199,6 +199,7 @@ class ParticleBoxTracker:
             visible_fraction=visible,
             status=Status.TRACKING if is_supported else Status.UNCERTAIN,
             particles=self._filter.particles.warps,
+            resampling=estimate.resampling,
         )
         return BoxEstimate(box_of_warp(self._warp, self._matcher.template.size), affine)
 

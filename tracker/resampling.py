@@ -29,6 +29,8 @@ class Particles:
     """(n,) normalised: their exponentials sum to one."""
     log_likelihoods: np.ndarray
     """(n,) log p(y_k | X_k), the observation weight."""
+    parents: np.ndarray | None = None
+    """(n,) which particle each was before resampling; None before it."""
 
     @property
     def count(self) -> int:
@@ -211,6 +213,7 @@ def _copies(p: Particles, parents: np.ndarray) -> Particles:
         previous=p.previous[parents],
         log_weights=np.full(p.count, -np.log(p.count)),
         log_likelihoods=p.log_likelihoods[parents],
+        parents=parents,
     )
 
 

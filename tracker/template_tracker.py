@@ -147,6 +147,7 @@ class TemplateTracker:
             visible_fraction=visible,
             status=status,
             particles=self._filter.particles.warps,
+            resampling=estimate.resampling,
         )
 
 

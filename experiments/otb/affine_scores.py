@@ -35,8 +35,10 @@ class AffineRow:
     nees: float | None
     """Squared Mahalanobis distance of the true warp; 6 on average for an honest covariance."""
     ess: float | None
-    ancestor_count: float | None
+    ancestor_count: int | None
+    """Particles that have descendants after resampling; None where nothing was resampled."""
     resampling_distance: float | None
+    """Energy distance between the weighted particles before resampling and those after it."""
     visible: float
     """Share of the target that can be seen, from 0 to 1."""
 
@@ -57,6 +59,7 @@ class AffineReferee:
         """The errors on the frame of that index."""
         true = self._truth.warps[index] @ self._in_template
         warp = estimate.affine
+        trace = None if warp is None else warp.resampling
         moved = self._motion(estimate) @ self._corners
         distances = np.linalg.norm(moved[:2].T - self._truth.corners[index], axis=1)
         shape = None if warp is None else aff2.polar(aff2.inverse(true) @ warp.warp)[:4]
@@ -71,8 +74,8 @@ class AffineReferee:
             shear_error=shear,
             nees=None if warp is None else nees(warp, true),
             ess=None if warp is None else warp.ess,
-            ancestor_count=_number(warp, "ancestor_count"),
-            resampling_distance=_number(warp, "resampling_distance"),
+            ancestor_count=None if trace is None else len(np.unique(trace.parents)),
+            resampling_distance=None if warp is None else resampling_distance(warp),
             visible=float(self._truth.visible[index]),
         )
 
@@ -103,6 +106,36 @@ def _box_warp(box: np.ndarray, unit_x: float, unit_y: float) -> np.ndarray:
     return np.array([[unit_x, 0, x + (w - 1) / 2], [0, unit_y, y + (h - 1) / 2], [0, 0, 1.0]])
 
 
-def _number(estimate: WarpEstimate | None, name: str) -> float | None:
-    value = getattr(estimate, name, None)
-    return None if value is None else float(value)
+def resampling_distance(estimate: WarpEstimate) -> float | None:
+    """How much resampling changed the distribution; None where nothing was resampled.
+
+    Root of the energy distance [Szekely2013] between the weighted particles before and the equally
+    weighted ones after, each tangent direction in deviations of those before.
+    """
+    trace = estimate.resampling
+    if trace is None:
+        return None
+    before = aff2.difference(estimate.warp, trace.warps)
+    after = aff2.difference(estimate.warp, estimate.particles)
+    is_known = np.isfinite(before).all(axis=1)
+    weights = np.where(is_known, trace.weights, 0.0)
+    before, after = np.nan_to_num(before), after[np.isfinite(after).all(axis=1)]
+    if not (weights.sum() > 0 and len(after)):
+        return None
+    weights = weights / weights.sum()
+    deviation = np.sqrt(weights @ (before - weights @ before) ** 2)
+    scale = np.where(deviation > 0, deviation, 1.0)
+    before, after = before / scale, after / scale
+    even = np.full(len(after), 1.0 / len(after))
+    squared = (
+        2.0 * weights @ _distances(before, after) @ even
+        - weights @ _distances(before, before) @ weights
+        - even @ _distances(after, after) @ even
+    )
+    return math.sqrt(max(squared, 0.0))
+
+
+def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(n, m) Euclidean distances between rows of a (n, d) and b (m, d)."""
+    squared = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * a @ b.T
+    return np.sqrt(np.maximum(squared, 0.0))

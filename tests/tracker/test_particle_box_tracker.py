@@ -1,4 +1,5 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -85,6 +86,31 @@ def test_a_constant_patch_is_refused():
         ParticleBoxTracker(small("igpf"), np.random.default_rng(0)).start(
             np.full((180, 240, 3), 90, np.uint8), BOX
         )
+
+
+def test_the_estimate_tells_what_resampling_did():
+    images = videos.film(drifting(4, [0, 0, 0, 0, 0.02, 0]))
+    for name in BOX_TRACKERS:
+        warp = follow(name, images)[-1].affine
+        trace = warp.resampling
+        assert trace.weights.sum() == pytest.approx(1.0)
+        assert len(trace.warps) == len(trace.parents) == len(warp.particles)
+        if name in ("gpf", "pf"):
+            np.testing.assert_array_equal(trace.warps[trace.parents], warp.particles)
+
+
+@pytest.mark.slow
+def test_ten_thousand_images_need_no_more_memory_than_a_thousand():
+    images = videos.film(drifting(20, [0, 0, 0, 0, 0.01, 0]))
+    images += images[::-1]
+    tracker = ParticleBoxTracker(small("igpf"), np.random.default_rng(0))
+    tracker.start(images[0], BOX)
+    resident_kib = []
+    for k in range(10_000):
+        tracker.update(images[k % len(images)])
+        if k % 1000 == 999:
+            resident_kib.append(int(Path("/proc/self/statm").read_text().split()[1]) * 4)
+    assert max(resident_kib[1:]) - resident_kib[0] < 1024
 
 
 def test_update_before_start_is_refused():

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from experiments.otb.affine_scores import AffineReferee, nees
+from experiments.otb.affine_scores import AffineReferee, nees, resampling_distance
 from experiments.otb.affine_truth import AffineTruth
 from tracker import aff2
-from tracker.base import Status, WarpEstimate
+from tracker.base import ResamplingTrace, Status, WarpEstimate
 from tracker.box_tracker import BoxEstimate
 
 BOX = np.array([10.0, 12.0, 20.0, 5.0])
@@ -26,6 +26,26 @@ def estimate(warp, covariance=None):
     covariance = np.eye(6) if covariance is None else covariance
     known = WarpEstimate(warp, covariance, 50.0, 0.0, 1.0, 1.0, Status.TRACKING)
     return BoxEstimate(np.array([0.0, 0, 1, 1]), known)
+
+
+def resampled(weights, parents, spread=1.0):
+    """Particles in a row along x, resampled to copies of `parents`."""
+    weights, parents = np.array(weights, float), np.array(parents)
+    e = np.zeros((len(weights), 6))
+    e[:, 4] = spread * np.arange(len(weights))
+    warps = aff2.perturb(START, e)
+    trace = ResamplingTrace(warps, weights, parents)
+    return WarpEstimate(
+        START,
+        np.eye(6),
+        2.0,
+        0.0,
+        1.0,
+        1.0,
+        Status.TRACKING,
+        particles=warps[parents],
+        resampling=trace,
+    )
 
 
 def turned(angle_rad, shift=(0, 0)):
@@ -88,3 +108,21 @@ def test_nees_by_hand():
     covariance = np.diag([1, 1, 1, 1, 0.01, 1.0])
     assert nees(estimate(START, covariance).affine, START @ aff2.exp(error)) == pytest.approx(9)
     assert nees(estimate(START, np.zeros((6, 6))).affine, START) is None
+
+
+def test_exact_copies_leave_the_distribution_alone():
+    assert resampling_distance(resampled([0.5, 0.25, 0.25, 0], [0, 0, 1, 2])) == pytest.approx(0)
+
+
+def test_resampling_distance_of_a_hand_computed_case():
+    """Weights 1/2 at 0 and at 2 deviations; all particles at 0: 2 E|X-Y| - E|X-X'| = 2 - 1."""
+    for spread in (0.1, 3.0):
+        kept = resampled([0.5, 0.5], [0, 0], spread)
+        assert resampling_distance(kept) == pytest.approx(1.0)
+
+
+def test_the_row_counts_ancestors_once():
+    known = resampled([0.4, 0.3, 0.3], [0, 0, 2])
+    row = AffineReferee(truth(START), "1", 0, BOX).row(0, BoxEstimate(BOX, known))
+    assert row.ancestor_count == 2
+    assert row.resampling_distance == pytest.approx(resampling_distance(known))
