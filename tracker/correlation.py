@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from tracker.histogram_loops import orientation_histograms
+
 _CELL_PX = 4
 _BINS = 9
 
@@ -63,7 +65,8 @@ class Response:
 
     def at(self, points_px: np.ndarray) -> np.ndarray:
         """(n,) scores at points (n, 2), bilinear; 0 outside the window."""
-        cells = ((points_px - self.origin_px) / self.cell_px).astype(np.float32)
+        cells = (points_px - self.origin_px) / self.cell_px
+        cells = np.clip(cells, -1e4, 1e4).astype(np.float32)
         return cv2.remap(
             self.scores, cells[None, :, 0], cells[None, :, 1], cv2.INTER_LINEAR, borderValue=0
         )[0]
@@ -146,16 +149,9 @@ def features(patch: np.ndarray) -> np.ndarray:
     """(12, rows / 4, columns / 4) orientation histograms and cell means of a BGR patch, uint8."""
     rows, columns = patch.shape[0] // _CELL_PX, patch.shape[1] // _CELL_PX
     lab = cv2.cvtColor(patch, cv2.COLOR_BGR2Lab).astype(np.float32)
-    grey = lab[..., 0]
-    dx = cv2.Sobel(grey, cv2.CV_32F, 1, 0, ksize=1)
-    dy = cv2.Sobel(grey, cv2.CV_32F, 0, 1, ksize=1)
-    size, angle = cv2.cartToPolar(dx, dy)
-    place = angle * (_BINS / np.pi)
+    grey = np.ascontiguousarray(lab[..., 0])
     out = np.empty((_BINS + 3, rows, columns), np.float32)
-    for k in range(_BINS):
-        away = np.abs(np.remainder(place - k + 0.5 * _BINS, _BINS) - 0.5 * _BINS)
-        part = size * np.maximum(1.0 - away, 0.0)
-        out[k] = cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA)
+    orientation_histograms(grey, _CELL_PX, out[:_BINS])
     energy = cv2.blur((out[:_BINS] ** 2).sum(axis=0), (3, 3))
     out[:_BINS] = np.minimum(out[:_BINS] / np.sqrt(energy + 1.0), 0.6)
     means = cv2.resize(lab, (columns, rows), interpolation=cv2.INTER_AREA) / 255.0

@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from tracker.histogram_loops import orientation_histograms
+
+
+def histograms(slope_x, slope_y, bins=8):
+    y, x = np.mgrid[:12, :16]
+    out = np.empty((bins, 3, 4), np.float32)
+    orientation_histograms((slope_x * x + slope_y * y).astype(np.float32), 4, out)
+    return out
+
+
+@pytest.mark.parametrize(
+    ("slope", "expected"),
+    [
+        ((1, 0), {0: 1.0}),
+        ((-1, 0), {0: 1.0}),
+        ((0, 1), {4: 1.0}),
+        ((0, -1), {4: 1.0}),
+        ((1, 1), {2: 1.0}),
+        ((1, -1), {6: 1.0}),
+        ((np.cos(0.1), -np.sin(0.1)), {7: 0.8 / np.pi, 0: 1 - 0.8 / np.pi}),
+    ],
+)
+def test_a_slope_counts_for_the_bins_of_its_orientation(slope, expected):
+    inner = histograms(*slope)[:, 1, 1]
+    wanted = np.zeros(8)
+    for place, share in expected.items():
+        wanted[place] = 2 * share * np.hypot(*slope)  # of central differences: twice the slope
+    np.testing.assert_allclose(inner, wanted, atol=1e-5)
+
+
+def test_the_rim_has_no_gradient():
+    corner = histograms(1, 0)[0, 0, 0]
+    assert corner == pytest.approx(2 * 9 / 16)
