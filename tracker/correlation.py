@@ -2,7 +2,7 @@
 
 Multi-channel, closed form per frequency, running averages of numerator and denominator: [DSST2014].
 Features are orientation histograms of gradients [HOG2005] and cell means of grey and colour. It
-knows translation only; particles know the rest of the warp.
+knows translation, and size where several are tried [SAMF2014]; particles know the rest of the warp.
 """
 
 from __future__ import annotations
@@ -31,12 +31,20 @@ class CorrelationConfig:
     """Added to the denominator."""
     target_width: float = 0.1
     """Deviation of the wanted response [target sides]."""
+    scales: int = 3
+    """Sizes of the target that are tried in each image, the last one in the middle."""
+    scale_step: float = 1.04
+    """Ratio of one size to the next smaller one."""
 
     def __post_init__(self) -> None:
         for name in ("padding", "learning_rate", "regularisation", "target_width"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
+        if self.scales < 1:
+            raise ValueError(f"scales must be 1 or greater, got {self.scales}")
+        if not (math.isfinite(self.scale_step) and self.scale_step > 1.0):
+            raise ValueError(f"scale_step must be greater than 1, got {self.scale_step!r}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +91,34 @@ class Response:
         return self.origin_px + places * self.cell_px
 
 
+@dataclass(frozen=True, eq=False)
+class ResponsePyramid:
+    """Answers for several sizes of the target in one image."""
+
+    levels: tuple[Response, ...]
+    """From the smallest size to the largest."""
+    log_units: np.ndarray
+    """(k,) logarithm of the template unit in pixels, rising."""
+
+    @property
+    def best(self) -> Response:
+        """The level with the largest score."""
+        return max(self.levels, key=lambda level: level.peak)
+
+    def at(self, points_px: np.ndarray, log_units: np.ndarray) -> np.ndarray:
+        """(n,) scores at points (n, 2) for sizes (n,), linear between levels.
+
+        The end levels hold for sizes beyond.
+        """
+        scores = np.stack([level.at(points_px) for level in self.levels])
+        if len(scores) == 1:
+            return scores[0]
+        place = np.interp(log_units, self.log_units, np.arange(len(scores)))
+        low = np.minimum(place.astype(int), len(scores) - 2)
+        share, each = place - low, np.arange(len(place))
+        return (1.0 - share) * scores[low, each] + share * scores[low + 1, each]
+
+
 class CorrelationFilter:
     """Learns one target and answers where it is; positions in pixels of BGR images."""
 
@@ -111,6 +147,13 @@ class CorrelationFilter:
         numerator, denominator = self._train(image, centre_px, unit_px)
         self._numerator = (1 - rate) * self._numerator + rate * numerator
         self._denominator = (1 - rate) * self._denominator + rate * denominator
+
+    def search(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> ResponsePyramid:
+        """Answers for the sizes of the configuration around `unit_px`."""
+        step, count = math.log(self._config.scale_step), self._config.scales
+        log_units = math.log(unit_px) + step * (np.arange(count) - (count - 1) / 2)
+        levels = [self.respond(image, centre_px, math.exp(unit)) for unit in log_units]
+        return ResponsePyramid(tuple(levels), log_units)
 
     def respond(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> Response:
         """Scores in a window around `centre_px` (2,)."""

@@ -156,7 +156,7 @@ class ParticleFilter:
         variances = self._variance_rate * step_s
         draw = self._proposal.draw(predicted, variances, observation, self._space, self._rng)
         particles, log_evidence = self._weigh(draw.warps, draw.log_ratio, observation)
-        resampled = self._resampled(particles, observation)
+        resampled = self._resampled(particles, observation, variances)
         basis = resampled if self._config.is_estimate_late else particles
         warp, covariance = moments(self._space, basis.warps, basis.weights)
         self._particles = resampled
@@ -216,7 +216,9 @@ class ParticleFilter:
             log_weights = log_weights - log_evidence
         return Particles(warps, self.particles.warps, log_weights, log_likelihoods), log_evidence
 
-    def _resampled(self, particles: Particles, observation: Observation) -> Particles:
+    def _resampled(
+        self, particles: Particles, observation: Observation, variances: np.ndarray
+    ) -> Particles:
         threshold = self._config.resampling_threshold * particles.count
         if particles.ess > threshold:
             return particles
@@ -224,6 +226,7 @@ class ParticleFilter:
             space=self._space,
             observation=observation,
             covariance=self._covariance,
+            variances=variances,
             combination=self._config.combination,
         )
         return self._resample(particles, context, self._rng)

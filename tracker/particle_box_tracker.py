@@ -16,7 +16,7 @@ import numpy as np
 from tracker import aff2
 from tracker.base import Status, WarpEstimate
 from tracker.box_tracker import BoxEstimate, box_of_warp, warp_of_box
-from tracker.correlation import CorrelationConfig, CorrelationFilter, Response
+from tracker.correlation import CorrelationConfig, CorrelationFilter, ResponsePyramid
 from tracker.filter import FilterConfig, FilterEstimate, ParticleFilter
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
@@ -133,7 +133,7 @@ class ParticleBoxTracker:
         if self._matcher is None:
             raise ValueError("update() before start()")
         response = self._respond(image)
-        centre = self._warp[:2, 2] if response is None else response.peak_px
+        centre = self._warp[:2, 2] if response is None else response.best.peak_px
         window, layers = self._look(image, centre)
         template = TemplateObservation(self._matcher, layers, self._config.likelihood, self._sigma)
         observation = WindowObservation(template, window.to_window)
@@ -162,17 +162,19 @@ class ParticleBoxTracker:
         smooth = cv2.GaussianBlur(window.grey, (0, 0), config.blur * config.grid)
         return Window(smooth, window.to_window), Layers.of(smooth)
 
-    def _respond(self, image: np.ndarray) -> Response | None:
+    def _respond(self, image: np.ndarray) -> ResponsePyramid | None:
         if self._correlation is None:
             return None
-        return self._correlation.respond(image, self._warp[:2, 2], self._unit_px)
+        return self._correlation.search(image, self._warp[:2, 2], self._unit_px)
 
-    def _guided_step(self, observation: WindowObservation, response: Response) -> FilterEstimate:
+    def _guided_step(
+        self, observation: WindowObservation, response: ResponsePyramid
+    ) -> FilterEstimate:
         guide = self._config.guide
         assert guide is not None
         guided = _GuidedObservation(observation, response, guide.weight)
         count = round(guide.jump_share * self._config.filter.particle_count)
-        places = response.draw(count, guide.weight, self._rng)
+        places = response.best.draw(count, guide.weight, self._rng)
         return self._filter.step(guided, _FRAME, places)
 
     def _learn(self, ncc: float, patch: np.ndarray, visible_fraction: float) -> None:
@@ -209,15 +211,22 @@ class _GuidedObservation:
     """An observation whose likelihood also counts the correlation filter's scores."""
 
     inner: WindowObservation
-    response: Response
+    response: ResponsePyramid
     weight: float
 
     def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
-        scores = np.maximum(self.response.at(warps[:, :2, 2]), 0.0)
+        scores = np.maximum(self.response.at(warps[:, :2, 2], _log_units(warps)), 0.0)
         return self.inner.log_likelihood(warps) + self.weight * scores
 
     def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.inner.linearise(warps)
+
+
+def _log_units(warps: np.ndarray) -> np.ndarray:
+    """(n,) logarithm of the template unit under warps (n, 3, 3) [px]."""
+    A = warps[:, :2, :2]
+    det = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
+    return 0.5 * np.log(np.maximum(det, 1e-12))
 
 
 def _samples(window: Window, box: np.ndarray, grid: tuple[int, int]) -> np.ndarray:

@@ -69,6 +69,9 @@ class CombinationConfig:
     """The low particles: those that no draw chose, or [IGPFPatent] those below a threshold."""
     centre: Literal["parent", "best"] = "parent"
     """Each copy spreads around its own parent, or [IGPFPatent] all around the best particle."""
+    spread: Literal["estimate", "prediction"] = "estimate"
+    """The variance of the copies: that of the estimate one step ago, or what the state equation
+    makes of it, with the process noise of the step."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.step_gain) and 0.0 <= self.step_gain <= 10.0):
@@ -81,6 +84,7 @@ class CombinationConfig:
             ("direction", ("towards-low", "away-from-low", "from-low")),
             ("low", ("not-drawn", "below-average")),
             ("centre", ("parent", "best")),
+            ("spread", ("estimate", "prediction")),
         ):
             value = getattr(self, name)
             if value not in choices:
@@ -94,7 +98,9 @@ class ResamplingContext:
     space: StateSpace
     observation: Observation
     covariance: np.ndarray
-    """(6, 6) of the estimate one step ago, around which Gaussian resamplers spread."""
+    """(6, 6) of the estimate one step ago."""
+    variances: np.ndarray
+    """(6,) of the process noise of this step."""
     combination: CombinationConfig = field(default_factory=CombinationConfig)
 
 
@@ -219,7 +225,10 @@ def _copies(p: Particles, parents: np.ndarray) -> Particles:
 
 def _spread(warps: np.ndarray, context: ResamplingContext, rng: np.random.Generator) -> np.ndarray:
     """Warps perturbed by N(0, C); C may be singular."""
-    values, vectors = np.linalg.eigh(context.covariance)
+    covariance = context.covariance
+    if context.combination.spread == "prediction":
+        covariance = covariance + np.diag(context.variances)
+    values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     e = rng.standard_normal((len(warps), 6)) @ root.T
     return context.space.perturb(warps, e)

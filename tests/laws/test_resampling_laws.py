@@ -45,7 +45,12 @@ def cloud(observation, count=100, spread=0.2, seed=0):
 
 def context(observation, **reading):
     combination = CombinationConfig(**reading)
-    return ResamplingContext(STATE_SPACES["group"], observation, 1e-3 * np.eye(6), combination)
+    return make_context(observation, 1e-3 * np.eye(6), combination)
+
+
+def make_context(observation, covariance, combination):
+    variances = np.full(6, 4e-3)
+    return ResamplingContext(STATE_SPACES["group"], observation, covariance, variances, combination)
 
 
 @pytest.mark.parametrize("name", INDEX_DRAWS)
@@ -182,25 +187,24 @@ def test_the_first_trial_lies_on_the_line_to_a_low_particle(reading, moved):
     warps = np.concatenate([np.eye(3)[None], low])
     log_weights = np.where(np.arange(100) == 0, 0.0, -np.inf)
     particles = Particles(warps, warps.copy(), log_weights, np.zeros(100))
-    given = ResamplingContext(
-        STATE_SPACES["group"], Everywhere(np.eye(3)), np.zeros((6, 6)), CombinationConfig(**reading)
-    )
+    given = make_context(Everywhere(np.eye(3)), np.zeros((6, 6)), CombinationConfig(**reading))
     result = RESAMPLERS["improved-gaussian"](particles, given, np.random.default_rng(0))
     np.testing.assert_allclose(result.warps[:, 0, 2], moved, atol=1e-12)
 
 
-def test_the_patent_spreads_all_around_the_best_particle():
+@pytest.mark.parametrize(("spread", "variance"), [("estimate", 1e-3), ("prediction", 5e-3)])
+def test_the_patent_spreads_all_around_the_best_particle(spread, variance):
     peak = Peak(aff2.exp(np.array([0, 0, 0, 0, 0.1, 0.1])))
     particles = cloud(peak, spread=0.5)
     everywhere = Everywhere(np.eye(3))
     result = RESAMPLERS["improved-gaussian"](
         particles,
-        context(everywhere, centre="best", step_gain=0.0),
+        context(everywhere, centre="best", step_gain=0.0, spread=spread),
         np.random.default_rng(1),
     )
     best = particles.warps[np.argmax(particles.log_weights)]
     error = aff2.difference(best, result.warps)
-    np.testing.assert_allclose(error.std(axis=0), np.sqrt(1e-3), rtol=0.3)
+    np.testing.assert_allclose(error.std(axis=0), np.sqrt(variance), rtol=0.3)
 
 
 def test_low_particles_of_the_patent_are_those_below_the_average_weight():
@@ -210,11 +214,8 @@ def test_low_particles_of_the_patent_are_those_below_the_average_weight():
     weights = np.array([1e-9] * 2 + [1.0] * 8)
     log_weights = np.log(weights / weights.sum())
     particles = Particles(warps, warps.copy(), log_weights, np.zeros(10))
-    given = ResamplingContext(
-        STATE_SPACES["group"],
-        Everywhere(np.eye(3)),
-        np.zeros((6, 6)),
-        CombinationConfig(low="below-average"),
+    given = make_context(
+        Everywhere(np.eye(3)), np.zeros((6, 6)), CombinationConfig(low="below-average")
     )
     result = RESAMPLERS["improved-gaussian"](particles, given, np.random.default_rng(0))
     np.testing.assert_allclose(result.warps[:, 0, 2], 5.0 * 0.5 * 10 ** (-1 / 6))
@@ -229,6 +230,7 @@ def test_low_particles_of_the_patent_are_those_below_the_average_weight():
         ("direction", "sideways"),
         ("low", "all"),
         ("centre", "worst"),
+        ("spread", "none"),
     ],
 )
 def test_a_bad_reading_is_refused(field, value):

@@ -3,7 +3,12 @@ import pytest
 import videos
 
 from tracker.box_tracker import warp_of_box
-from tracker.correlation import CorrelationConfig, CorrelationFilter, Response
+from tracker.correlation import (
+    CorrelationConfig,
+    CorrelationFilter,
+    Response,
+    ResponsePyramid,
+)
 
 BOX = np.array([60.0, 50.0, *videos.SIZE_PX])
 START = warp_of_box(BOX)
@@ -47,6 +52,34 @@ def test_places_are_drawn_where_the_scores_are_high():
     shares = at_first.all(axis=1).mean(), at_second.all(axis=1).mean()
     assert sum(shares) > 0.999
     assert shares[0] / shares[1] == pytest.approx(np.exp(20.0 * 0.1), rel=0.15)
+
+
+def test_scores_between_sizes_are_interpolated_and_the_last_hold_beyond():
+    levels = [
+        Response(np.full((3, 3), score, np.float32), np.zeros(2), np.ones(2)) for score in (1, 3, 2)
+    ]
+    pyramid = ResponsePyramid(tuple(levels), np.log([8.0, 10.0, 12.5]))
+    assert pyramid.best is levels[1]
+    sizes = np.log([5.0, 8.0, np.sqrt(80.0), 10.0, 12.5, 20.0])
+    np.testing.assert_allclose(pyramid.at(np.ones((6, 2)), sizes), [1, 1, 2, 3, 2, 2])
+    alone = ResponsePyramid((levels[0],), np.log([8.0]))
+    np.testing.assert_allclose(alone.at(np.ones((6, 2)), sizes), 1.0)
+
+
+@pytest.mark.parametrize(("growth", "level"), [(1 / 1.1, 0), (1.0, 1), (1.1, 2)])
+def test_the_right_size_has_the_largest_score(growth, level):
+    images = videos.film([START, START @ np.diag([growth, growth, 1.0])])
+    size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
+    tracker = CorrelationFilter(CorrelationConfig(scales=3, scale_step=1.1), size, 48.0)
+    tracker.start(images[0], START[:2, 2], UNIT_PX)
+    pyramid = tracker.search(images[1], START[:2, 2], UNIT_PX)
+    assert pyramid.best is pyramid.levels[level]
+
+
+@pytest.mark.parametrize(("field", "value"), [("scales", 0), ("scale_step", 1.0)])
+def test_bad_sizes_are_refused(field, value):
+    with pytest.raises(ValueError, match=field):
+        CorrelationConfig(**{field: value})
 
 
 @pytest.mark.parametrize("field", ["padding", "learning_rate", "regularisation", "target_width"])
