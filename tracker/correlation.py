@@ -23,7 +23,7 @@ _BINS = 9
 class CorrelationConfig:
     """Window, learning and regularisation of the correlation filter."""
 
-    padding: float = 2.5
+    padding: float = 3.5
     """Side of the window in target sides."""
     learning_rate: float = 0.025
     """Share of a new image in the running averages."""

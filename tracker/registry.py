@@ -83,7 +83,12 @@ BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
     ),
     "igpf-best": BoxTrackerConfig(
         description="igpf guided by a correlation filter",
-        filter=replace(VIDEO_FILTER, resampling="improved-gaussian", is_estimate_late=True),
+        filter=replace(
+            VIDEO_FILTER,
+            resampling="improved-gaussian",
+            is_estimate_late=True,
+            noise_per_root_s=(0.015, 0.003, 0.01, 0.003, 0.08, 0.08),
+        ),
         guide=GuideConfig(),
     ),
 }
