@@ -25,6 +25,9 @@ class CorrelationConfig:
 
     padding: float = 3.5
     """Side of the window in target sides."""
+    support: float = 1.5
+    """Side of the part of the window that the filter may look at [target sides]: background that
+    stays would otherwise hold the score at the place that a target has left."""
     learning_rate: float = 0.025
     """Share of a new image in the running averages."""
     regularisation: float = 0.01
@@ -37,7 +40,7 @@ class CorrelationConfig:
     """Ratio of one size to the next smaller one."""
 
     def __post_init__(self) -> None:
-        for name in ("padding", "learning_rate", "regularisation", "target_width"):
+        for name in ("padding", "support", "learning_rate", "regularisation", "target_width"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
@@ -135,11 +138,17 @@ class CorrelationFilter:
         )
         sigma = config.target_width * unit_px / _CELL_PX
         self._wanted = np.fft.rfft2(_gaussian(self._rows, self._columns, sigma)).conj()
-        self._numerator = self._denominator = np.zeros(0)
+        cells_of_target = np.array([self._rows, self._columns]) / config.padding
+        reach = 0.5 * config.support * cells_of_target
+        self._mask = np.outer(
+            _plateau(self._rows, reach[0]), _plateau(self._columns, reach[1])
+        ).astype(np.float32)
+        self._numerator = self._denominator = self._filter = np.zeros(0)
 
     def start(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> None:
         """Learns the target at `centre_px` (2,), where a template unit has `unit_px`."""
         self._numerator, self._denominator = self._train(image, centre_px, unit_px)
+        self._filter = self._solve()
 
     def learn(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> None:
         """Adds one more view of the target."""
@@ -147,6 +156,7 @@ class CorrelationFilter:
         numerator, denominator = self._train(image, centre_px, unit_px)
         self._numerator = (1 - rate) * self._numerator + rate * numerator
         self._denominator = (1 - rate) * self._denominator + rate * denominator
+        self._filter = self._solve()
 
     def search(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> ResponsePyramid:
         """Answers for the sizes of the configuration around `unit_px`."""
@@ -158,8 +168,7 @@ class CorrelationFilter:
     def respond(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> Response:
         """Scores in a window around `centre_px` (2,)."""
         spectrum = self._spectrum(image, centre_px, unit_px)
-        quotient = (self._numerator * spectrum).sum(axis=0) / self._denominator
-        scores = np.fft.irfft2(quotient, (self._rows, self._columns))
+        scores = np.fft.irfft2((self._filter * spectrum).sum(axis=0), (self._rows, self._columns))
         scores = np.fft.fftshift(scores).astype(np.float32)
         cell_px = self._window_units * unit_px / [self._columns, self._rows]
         first = -(np.array([self._columns, self._rows]) // 2)
@@ -171,6 +180,12 @@ class CorrelationFilter:
         spectrum = self._spectrum(image, centre_px, unit_px)
         energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
         return self._wanted.conj() * spectrum.conj(), energy + self._config.regularisation
+
+    def _solve(self) -> np.ndarray:
+        """The filter of each channel, cut to its support as in [CSRT2017], in one step."""
+        quotient = self._numerator / self._denominator
+        space = np.fft.irfft2(quotient, (self._rows, self._columns))
+        return np.fft.rfft2(space * self._mask)
 
     def _spectrum(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> np.ndarray:
         """(channels, rows, columns // 2 + 1) of the tapered features around `centre_px`."""
@@ -206,6 +221,12 @@ def _gaussian(rows: int, columns: int, sigma: float) -> np.ndarray:
     """(rows, columns) response with its peak of 1 at the first element, wrapped around."""
     y, x = (np.fft.fftfreq(n, 1.0 / n) for n in (rows, columns))
     return np.exp(-0.5 * (x[None, :] ** 2 + y[:, None] ** 2) / sigma**2)
+
+
+def _plateau(count: int, reach: float) -> np.ndarray:
+    """(count,) 1 up to `reach` from the middle and 0 farther out, with a slope of two cells."""
+    away = np.abs(np.arange(count) - count // 2)
+    return np.clip(0.5 * (reach + 1.0 - away), 0.0, 1.0)
 
 
 def _parabola(line: np.ndarray, place: int) -> float:

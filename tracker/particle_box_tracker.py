@@ -80,7 +80,9 @@ class BoxTrackerConfig:
     blur: float = 0.06
     """Deviation of the Gaussian that smooths window and template [template units]."""
     update_rate: float = 0.02
-    """Share of a well matched new patch in the template."""
+    """Share of a well matched new patch in the running average of the template."""
+    anchor: float = 0.0
+    """Share of the first picture in the template, against drift; the average has the rest."""
     update_ncc: float = 0.5
     """Correlation from which a patch counts as well matched."""
     tracking_ncc: float = 0.5
@@ -92,7 +94,7 @@ class BoxTrackerConfig:
         for name in ("reach", "blur"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise ValueError(f"{name} must be a positive number, got {getattr(self, name)!r}")
-        for name in ("update_rate", "update_ncc", "tracking_ncc"):
+        for name in ("update_rate", "anchor", "update_ncc", "tracking_ncc"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} must be in [0, 1], got {getattr(self, name)!r}")
 
@@ -107,6 +109,8 @@ class ParticleBoxTracker:
         self._sigma = config.likelihood.initial_sigma
         self._warp = np.eye(3)
         self._matcher: PatchMatcher | None = None
+        self._first: Template | None = None
+        self._average = np.zeros(0)
         self._correlation: CorrelationFilter | None = None
 
     def start(self, image: np.ndarray, box: np.ndarray) -> None:
@@ -117,9 +121,9 @@ class ParticleBoxTracker:
         self._warp = warp_of_box(box)
         window, _ = self._look(image, self._warp[:2, 2])
         grid = (self._config.grid, self._config.grid)
-        self._matcher = PatchMatcher(
-            Template.of_samples(_samples(window, box, grid), (w, h), texture_std=1.0)
-        )
+        self._first = Template.of_samples(_samples(window, box, grid), (w, h), texture_std=1.0)
+        self._average = self._first.values.copy()
+        self._matcher = PatchMatcher(self._first)
         self._sigma = self._config.likelihood.initial_sigma
         self._filter.start(self._warp)
         if self._config.guide is not None:
@@ -184,10 +188,10 @@ class ParticleBoxTracker:
         variance = share * self._sigma**2 + (1.0 - share) * 2.0 * (1.0 - ncc)
         sigma = math.sqrt(variance)
         self._sigma = float(np.clip(sigma, likelihood.sigma_floor, likelihood.sigma_ceiling))
-        assert self._matcher is not None
+        assert self._first is not None
         if ncc >= config.update_ncc and visible_fraction > 0.8 and config.update_rate > 0:
-            template = self._matcher.template.blended(patch, config.update_rate)
-            self._matcher = PatchMatcher(template)
+            self._average += config.update_rate * (patch - self._average)
+            self._matcher = PatchMatcher(self._first.blended(self._average, 1.0 - config.anchor))
 
     def _report(self, estimate: FilterEstimate, ncc: float, visible: float) -> BoxEstimate:
         assert self._matcher is not None

@@ -90,6 +90,7 @@ BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
             noise_per_root_s=(0.015, 0.003, 0.01, 0.003, 0.08, 0.08),
         ),
         guide=GuideConfig(),
+        anchor=0.6,
     ),
 }
 """For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021],

@@ -65,6 +65,21 @@ def test_the_guide_finds_a_target_that_jumped():
     assert np.linalg.norm(alone - warps[-1][:2, 2]) > 10
 
 
+def test_an_anchored_template_forgets_what_it_has_learnt():
+    """A target that is shown another way for a while, and then as at first."""
+    steady = drifting(30, np.zeros(6))
+    images = videos.film(steady[:10]) + videos.film(steady[:20], seed=0, noise=40.0)
+    images += videos.film(steady[:1])
+    ncc = {}
+    for anchor in (0.0, 1.0):
+        tracker = ParticleBoxTracker(
+            small("igpf", anchor=anchor, update_rate=0.5, update_ncc=0.0), np.random.default_rng(0)
+        )
+        tracker.start(images[0], BOX)
+        ncc[anchor] = [tracker.update(image).affine.ncc for image in images[1:]][-1]
+    assert ncc[1.0] > ncc[0.0]
+
+
 def test_a_target_that_leaves_the_image_breaks_nothing():
     warps = drifting(14, [0, 0, 0, 0, -0.4, 0])
     for name in BOX_TRACKERS:
@@ -119,7 +134,8 @@ def test_update_before_start_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("grid", 3), ("reach", np.inf), ("blur", 0.0), ("update_rate", 1.5)]
+    ("field", "value"),
+    [("grid", 3), ("reach", np.inf), ("blur", 0.0), ("update_rate", 1.5), ("anchor", -0.1)],
 )
 def test_bad_settings_are_refused(field, value):
     with pytest.raises(ValueError, match=field):
