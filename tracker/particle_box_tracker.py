@@ -51,16 +51,15 @@ class GuideConfig:
 VIDEO_FILTER = FilterConfig(
     particle_count=200,
     autoregression=0.5,
-    noise_per_root_s=(0.015, 0.005, 0.02, 0.005, 0.08, 0.08),
+    noise_per_root_s=(0.015, 0.005, 0.02, 0.005, 0.16, 0.16),
     iterations=1,
     prior_share=0.0,
-    combination=CombinationConfig(max_halvings=3),
+    combination=CombinationConfig(max_halvings=3, spread="prediction"),
+    is_estimate_late=True,
 )
-"""Noise rates are per image."""
-VIDEO_LIKELIHOOD = LikelihoodConfig(
-    initial_sigma=0.5, sigma_floor=0.2, is_local_noise=True, shape_std=None
-)
-"""For targets of unknown size, under a noise that every particle shows itself."""
+"""The steps of [IGPF2021] Algorithm 1 and no more; noise rates are per image."""
+VIDEO_LIKELIHOOD = LikelihoodConfig(initial_sigma=0.5, sigma_floor=0.2, shape_std=None)
+"""For targets of unknown size."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ class BoxTrackerConfig:
     """Rows and columns of template samples; also the window's pixels to a template unit."""
     reach: float = 2.5
     """Half a side of the window in template units."""
-    blur: float = 0.06
+    blur: float = 0.1
     """Deviation of the Gaussian that smooths window and template [template units]."""
     update_rate: float = 0.02
     """Share of a well matched new patch in the running average of the template."""

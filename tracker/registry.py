@@ -9,7 +9,12 @@ from tracker.baselines import BASELINES
 from tracker.detection import DetectionConfig
 from tracker.filter import FilterConfig
 from tracker.likelihood import LikelihoodConfig
-from tracker.particle_box_tracker import VIDEO_FILTER, BoxTrackerConfig, GuideConfig
+from tracker.particle_box_tracker import (
+    VIDEO_FILTER,
+    VIDEO_LIKELIHOOD,
+    BoxTrackerConfig,
+    GuideConfig,
+)
 from tracker.template_tracker import StatusConfig
 
 
@@ -69,7 +74,7 @@ TRACKERS: dict[str, TrackerConfig] = {
 BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
     "igpf": BoxTrackerConfig(
         description="particles on Aff(2), Gaussian proposal, improved Gaussian resampling",
-        filter=replace(VIDEO_FILTER, resampling="improved-gaussian", is_estimate_late=True),
+        filter=replace(VIDEO_FILTER, resampling="improved-gaussian"),
     ),
     "gpf": BoxTrackerConfig(
         description="particles on Aff(2), Gaussian proposal, residual resampling",
@@ -82,19 +87,20 @@ BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
         ),
     ),
     "igpf-best": BoxTrackerConfig(
-        description="igpf guided by a correlation filter",
+        description="igpf with all that helped: correlation filter as guide, anchored template",
         filter=replace(
             VIDEO_FILTER,
             resampling="improved-gaussian",
-            is_estimate_late=True,
             noise_per_root_s=(0.015, 0.003, 0.01, 0.003, 0.08, 0.08),
         ),
+        likelihood=replace(VIDEO_LIKELIHOOD, is_local_noise=True),
         guide=GuideConfig(),
+        blur=0.06,
         anchor=0.6,
     ),
 }
-"""For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021],
-identical but for the filter."""
+"""For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021]
+to the letter of its Algorithm 1, identical but for the filter."""
 
 PEERS: dict[str, TrackerConfig] = {
     name: TrackerConfig(description=baseline.description, baseline=name)

@@ -42,7 +42,7 @@ def test_a_turning_and_growing_target_is_followed(name):
     estimates = follow(name, videos.film(warps))
     error = aff2.difference(warps[-1], estimates[-1].affine.warp)
     assert np.hypot(*error[4:]) < 0.06
-    assert abs(error[0]) < 0.06
+    assert abs(error[0]) < 0.1
     assert abs(error[2]) < 0.08
     assert estimates[-1].affine.status == "tracking"
 
