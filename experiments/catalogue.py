@@ -21,8 +21,10 @@ def catalogue() -> dict[str, dict[str, str]]:
     from sim.degradations import CONDITIONS
     from sim.objects import OBJECTS
     from tracker.prediction import PREDICTORS
+    from tracker.readings import READINGS
     from tracker.registry import TRACKERS
 
+    videos = {name: entry for name, entry in CONTESTANTS.items() if name not in READINGS}
     return {
         "trackers": _descriptions(TRACKERS),
         "control arms": _descriptions(CONTROL_ARMS),
@@ -32,7 +34,8 @@ def catalogue() -> dict[str, dict[str, str]]:
         "conditions": _descriptions(CONDITIONS),
         "predictors": _descriptions(PREDICTORS),
         "presets": _descriptions(PRESETS),
-        "video trackers": _descriptions(CONTESTANTS),
+        "video trackers": _descriptions(videos),
+        "readings, for video": _descriptions(READINGS),
         "protocols": _descriptions(PROTOCOLS),
     }
 

@@ -25,7 +25,7 @@ class CorrelationConfig:
 
     padding: float = 3.5
     """Side of the window in target sides."""
-    support: float = 1.5
+    support: float = 1.2
     """Side of the part of the window that the filter may look at [target sides]: background that
     stays would otherwise hold the score at the place that a target has left."""
     learning_rate: float = 0.025

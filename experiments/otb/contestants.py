@@ -10,6 +10,7 @@ import numpy as np
 from tracker.baselines import BASELINES, Baseline
 from tracker.box_tracker import BoxTracker
 from tracker.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker
+from tracker.readings import READINGS
 from tracker.registry import BOX_TRACKERS
 
 
@@ -38,6 +39,7 @@ def _peer(baseline: Baseline) -> Contestant:
 CONTESTANTS: dict[str, Contestant] = {
     **{name: _particle_filter(config) for name, config in BOX_TRACKERS.items()},
     **{name: _peer(baseline) for name, baseline in BASELINES.items()},
+    **{name: _particle_filter(config) for name, config in READINGS.items()},
 }
 """The first three are the paper's comparison, identical but for the filter; then come igpf with all
-that helped and the trackers that people would pick instead."""
+that helped, the trackers that people would pick instead, and other readings of the paper."""

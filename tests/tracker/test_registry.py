@@ -2,7 +2,8 @@ from dataclasses import replace
 
 import pytest
 
-from tracker.registry import TRACKERS, get_tracker_config
+from tracker.readings import READINGS
+from tracker.registry import BOX_TRACKERS, TRACKERS, get_tracker_config
 
 
 def test_unknown_names_list_the_valid_ones():
@@ -34,3 +35,25 @@ def test_particle_count_can_be_replaced_and_is_checked():
     assert TRACKERS["pf"].with_particle_count(30).filter.particle_count == 30
     with pytest.raises(ValueError, match="particle_count"):
         TRACKERS["pf"].with_particle_count(0)
+
+
+def test_video_filters_differ_only_in_what_the_methods_differ_in():
+    igpf = BOX_TRACKERS["igpf"]
+    for name in ("pf", "gpf"):
+        row = BOX_TRACKERS[name]
+        parts = {
+            "state_space": igpf.filter.state_space,
+            "proposal": igpf.filter.proposal,
+            "resampling": igpf.filter.resampling,
+        }
+        assert replace(row.filter, **parts) == igpf.filter
+        assert replace(row, filter=igpf.filter, description=igpf.description) == igpf
+
+
+def test_readings_differ_from_their_row_and_from_each_other():
+    configs = [*READINGS.values(), BOX_TRACKERS["igpf"], BOX_TRACKERS["gpf"]]
+    nameless = [replace(config, description="") for config in configs]
+    assert len(set(nameless)) == len(nameless)
+    for name, config in READINGS.items():
+        row = BOX_TRACKERS[name.split("-")[0]]
+        assert config.filter.resampling == row.filter.resampling
