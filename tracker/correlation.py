@@ -17,6 +17,8 @@ from tracker.histogram_loops import orientation_histograms
 
 _CELL_PX = 4
 _BINS = 9
+_LEAST_SCORE = 0.05
+"""No filter is amplified beyond what makes this a one: a target without edges scores nothing."""
 
 
 @dataclass(frozen=True)
@@ -144,11 +146,16 @@ class CorrelationFilter:
             _plateau(self._rows, reach[0]), _plateau(self._columns, reach[1])
         ).astype(np.float32)
         self._numerator = self._denominator = self._filter = np.zeros(0)
+        self._gain = 1.0
 
     def start(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> None:
         """Learns the target at `centre_px` (2,), where a template unit has `unit_px`."""
         self._numerator, self._denominator = self._train(image, centre_px, unit_px)
+        self._gain = 1.0
         self._filter = self._solve()
+        peak = self.respond(image, centre_px, unit_px).peak
+        self._gain = 1.0 / max(peak, _LEAST_SCORE)
+        self._filter *= self._gain
 
     def learn(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> None:
         """Adds one more view of the target."""
@@ -182,10 +189,13 @@ class CorrelationFilter:
         return self._wanted.conj() * spectrum.conj(), energy + self._config.regularisation
 
     def _solve(self) -> np.ndarray:
-        """The filter of each channel, cut to its support as in [CSRT2017], in one step."""
+        """The filter of each channel, cut to its support as in [CSRT2017], in one step.
+
+        What the cut takes from the score of the target on the first image, the gain gives back.
+        """
         quotient = self._numerator / self._denominator
         space = np.fft.irfft2(quotient, (self._rows, self._columns))
-        return np.fft.rfft2(space * self._mask)
+        return np.fft.rfft2(space * (self._gain * self._mask))
 
     def _spectrum(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> np.ndarray:
         """(channels, rows, columns // 2 + 1) of the tapered features around `centre_px`."""

@@ -37,7 +37,7 @@ class GuideConfig:
     """Pixels to a template unit in the correlation filter's window."""
     jump_share: float = 0.5
     """Share of particles that start where the scores send them, not from their own prediction."""
-    weight: float = 150.0
+    weight: float = 75.0
     """Log-likelihood that a score of 1 is worth, and sharpness of the places drawn."""
 
     def __post_init__(self) -> None:

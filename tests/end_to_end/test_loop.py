@@ -58,9 +58,10 @@ def test_killed_sweep_of_two_workers_resumes_to_the_bytes_of_one_unbroken(smoke,
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    assert rows(folder)
-    with (folder / "trials.csv").open("r+b") as file:  # at least the last row is torn
-        file.truncate((folder / "trials.csv").stat().st_size - 9)
+    lines = (folder / "trials.csv").read_bytes().splitlines(keepends=True)
+    if len(lines) == 4:  # it was faster than the kill: leave what a kill before its end leaves
+        (folder / "trials.csv").write_bytes(b"".join(lines[:3]))
+    assert 1 <= len(rows(folder)) < 3
     beltgrasp("sweep", "smoke", "--out", folder, "--workers", "2")
     assert (folder / "trials.csv").read_bytes() == (smoke / "trials.csv").read_bytes()
 

@@ -28,10 +28,20 @@ def test_the_peak_lies_where_the_target_went(by):
     tracker.start(images[0], START[:2, 2], UNIT_PX)
     response = tracker.respond(images[1], START[:2, 2], UNIT_PX)
     np.testing.assert_allclose(response.peak_px, START[:2, 2] + by, atol=1.5)
-    assert response.peak > 0.2
+    assert response.peak > 0.3
     tracker.learn(images[1], response.peak_px, UNIT_PX)
     again = tracker.respond(images[1], START[:2, 2], UNIT_PX)
     np.testing.assert_allclose(again.peak_px, START[:2, 2] + by, atol=1.5)
+
+
+def test_the_score_of_the_target_as_learnt_is_one():
+    image = videos.film([START])[0]
+    size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
+    for support in (1.0, 1.5, 3.0):
+        tracker = CorrelationFilter(CorrelationConfig(support=support), size, 32.0)
+        tracker.start(image, START[:2, 2], UNIT_PX)
+        again = tracker.respond(image, START[:2, 2], UNIT_PX)
+        assert again.peak == pytest.approx(1.0, abs=1e-6)
 
 
 def test_ground_that_stays_does_not_hold_the_score_where_the_target_was():
