@@ -23,7 +23,7 @@ def open_manifest(out: Path, root: Path, trackers: Sequence[str], workers: int) 
     if "root" not in content:
         raise ValueError(f"{out} holds results of another command; {OTHER_FOLDER}")
     earlier = root_of(out, content)
-    if earlier != root.resolve():
+    if earlier.resolve() != root.resolve():
         raise ValueError(f"{out} holds results of the sequences in {earlier}; {OTHER_FOLDER}")
     settings: dict[str, str] = content["settings"]
     for tracker in trackers:
@@ -38,13 +38,13 @@ def open_manifest(out: Path, root: Path, trackers: Sequence[str], workers: int) 
 
 def root_of(out: Path, content: dict[str, Any]) -> Path:
     """The folder of sequences; the manifest tells it from the results folder."""
-    return (out / content["root"]).resolve()
+    return Path(os.path.abspath(out / content["root"]))
 
 
 def _identity(out: Path, root: Path) -> dict[str, Any]:
     if (out / "boxes").exists():
         raise ValueError(f"{out} holds boxes without their manifest.json; {OTHER_FOLDER}")
-    return {"root": os.path.relpath(root.resolve(), out.resolve()), "settings": {}, "sessions": []}
+    return {"root": os.path.relpath(root, out), "settings": {}, "sessions": []}
 
 
 def _settings_hash(tracker: str) -> str:

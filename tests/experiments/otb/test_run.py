@@ -110,6 +110,15 @@ class Interrupting:
         raise KeyboardInterrupt
 
 
+def test_the_manifest_tells_where_the_sequences_are_as_the_user_did(root, tmp_path):
+    """By a link, where a disk of data is linked into the working folder."""
+    (tmp_path / "linked").symlink_to(root)
+    out = tmp_path / "out"
+    run_otb(OtbRun(tmp_path / "linked", ("pf",), ("ope",)), out, 1)
+    assert json.loads((out / "manifest.json").read_text())["root"] == "../linked"
+    run_otb(OtbRun(root, ("pf",), ("ope",)), out, 1)
+
+
 def complaints(root, out, capsys, **kwargs):
     """Lines on stderr, and the numbers of finished jobs and of things that went wrong."""
     numbers = run_otb(OtbRun(root, ("pf",), ("ope",), **kwargs), out, 1)
