@@ -42,6 +42,8 @@ class FilterConfig:
     """Linearisations of the Gaussian importance function per image."""
     prior_share: float = 0.1
     """Share of particles that the Gaussian proposal draws from the prior instead."""
+    family_size: int = 1
+    """Particles that share the linearisation of the first of them."""
     combination: CombinationConfig = field(default_factory=CombinationConfig)
     """Settings of the improved Gaussian resampling."""
     is_estimate_late: bool = False
@@ -69,7 +71,7 @@ class FilterConfig:
         """The named proposal with its settings."""
         if self.proposal == "prior":
             return PriorProposal()
-        return GaussianProposal(self.iterations, self.prior_share)
+        return GaussianProposal(self.iterations, self.prior_share, self.family_size)
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,8 +25,11 @@ class Observation(Protocol):
         """(n,) log p(y | X), up to a constant."""
         ...
 
-    def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gradient J^T R^-1 r (n, 6) and information J^T R^-1 J (n, 6, 6) at `warps`."""
+    def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Gradient J^T R^-1 r (n, 6) and information J^T R^-1 J (n, 6, 6) at `warps`.
+
+        `iteration` counts the linearisations of one image; coarse pictures may come first.
+        """
         ...
 
 
@@ -100,8 +103,9 @@ class TemplateObservation:
         result = -self._config.independent_pixel_count * cost / self._sigma**2
         return result + self._shape_log_likelihood(warps)
 
-    def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Gradient (n, 6) and information (n, 6, 6), inverse compositional as in [Kwon2014]."""
+        del iteration
         g, H, fit = self._matcher.linearise(self._layers, warps, self._clip)
         variance = self._sigma**2
         if self._config.is_local_noise:
@@ -129,6 +133,22 @@ class TemplateObservation:
             g[:, _SHAPE_AXES] -= _shape_error(warps, log_unit) / variance
             H[:, _SHAPE_AXES, _SHAPE_AXES] += 1.0 / variance
         return g, H
+
+
+@dataclass(frozen=True, eq=False)
+class PyramidObservation:
+    """The same image under falling blur: far from the target the coarse levels lead to it."""
+
+    levels: tuple[Observation, ...]
+    """From coarse to fine."""
+
+    def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
+        """(n,) of the finest level."""
+        return self.levels[-1].log_likelihood(warps)
+
+    def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Of the level of that number, of the finest beyond."""
+        return self.levels[min(iteration, len(self.levels) - 1)].linearise(warps)
 
 
 _SHAPE_AXES = [0, 1, 3]

@@ -8,18 +8,25 @@ high, and the scores enter the weights, as detections do in boosted particle fil
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
 from tracker import aff2
+from tracker.appearance import Appearance, AppearanceConfig, Fit
 from tracker.base import Status, WarpEstimate
 from tracker.box_tracker import BoxEstimate, box_of_warp, warp_of_box
-from tracker.correlation import CorrelationConfig, CorrelationFilter, ResponsePyramid
+from tracker.correlation import (
+    CorrelationConfig,
+    CorrelationFilter,
+    Response,
+    ResponsePyramid,
+)
 from tracker.filter import FilterConfig, FilterEstimate, ParticleFilter
-from tracker.likelihood import LikelihoodConfig, TemplateObservation
-from tracker.matching import Layers, PatchMatcher
+from tracker.likelihood import LikelihoodConfig, PyramidObservation, TemplateObservation
+from tracker.matching import Layers
+from tracker.redetection import LossMonitor, RedetectionConfig, whole_image_response
 from tracker.resampling import CombinationConfig
 from tracker.template import Template
 from tracker.window import Window, WindowObservation, cut_window
@@ -70,32 +77,26 @@ class BoxTrackerConfig:
     """One line for listings."""
     filter: FilterConfig = VIDEO_FILTER
     likelihood: LikelihoodConfig = VIDEO_LIKELIHOOD
+    appearance: AppearanceConfig = field(default_factory=AppearanceConfig)
     guide: GuideConfig | None = None
     """A correlation filter beside the template; None: the template alone."""
-    grid: int = 32
-    """Rows and columns of template samples; also the window's pixels to a template unit."""
+    redetection: RedetectionConfig | None = None
+    """How to find a lost target again; None: it is never given up, nor looked for."""
     reach: float = 2.5
     """Half a side of the window in template units."""
-    blur: float = 0.1
-    """Deviation of the Gaussian that smooths window and template [template units]."""
-    update_rate: float = 0.02
-    """Share of a well matched new patch in the running average of the template."""
-    anchor: float = 0.0
-    """Share of the first picture in the template, against drift; the average has the rest."""
-    update_ncc: float = 0.5
-    """Correlation from which a patch counts as well matched."""
     tracking_ncc: float = 0.5
     """Correlation from which the tracker says that it tracks."""
 
     def __post_init__(self) -> None:
-        if self.grid < 4:
-            raise ValueError(f"grid must be 4 or greater, got {self.grid}")
-        for name in ("reach", "blur"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise ValueError(f"{name} must be a positive number, got {getattr(self, name)!r}")
-        for name in ("update_rate", "anchor", "update_ncc", "tracking_ncc"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} must be in [0, 1], got {getattr(self, name)!r}")
+        if not (math.isfinite(self.reach) and self.reach > 0):
+            raise ValueError(f"reach must be a positive number, got {self.reach!r}")
+        if not 0.0 <= self.tracking_ncc <= 1.0:
+            raise ValueError(f"tracking_ncc must be in [0, 1], got {self.tracking_ncc!r}")
+        levels = len(self.appearance.blurs)
+        if levels > 1 and levels != self.filter.iterations:
+            raise ValueError(
+                f"{levels} blurs need as many iterations, got {self.filter.iterations}"
+            )
 
 
 class ParticleBoxTracker:
@@ -107,106 +108,139 @@ class ParticleBoxTracker:
         self._filter = ParticleFilter(config.filter, rng)
         self._sigma = config.likelihood.initial_sigma
         self._warp = np.eye(3)
-        self._matcher: PatchMatcher | None = None
-        self._first: Template | None = None
-        self._average = np.zeros(0)
+        self._appearances: list[Appearance] = []
         self._correlation: CorrelationFilter | None = None
+        self._loss: LossMonitor | None = None
 
     def start(self, image: np.ndarray, box: np.ndarray) -> None:
         """See `BoxTracker`."""
+        config = self._config
         w, h = float(box[2]), float(box[3])
         if not (np.isfinite(box).all() and w >= 1 and h >= 1):
             raise ValueError(f"box must have an area, got {w:g} x {h:g} px")
         self._warp = warp_of_box(box)
-        window, _ = self._look(image, self._warp[:2, 2])
-        grid = (self._config.grid, self._config.grid)
-        self._first = Template.of_samples(_samples(window, box, grid), (w, h), texture_std=1.0)
-        self._average = self._first.values.copy()
-        self._matcher = PatchMatcher(self._first)
-        self._sigma = self._config.likelihood.initial_sigma
+        window = self._look(image, self._warp[:2, 2])
+        looks = config.appearance
+        self._appearances = [Appearance(looks, blur, window, box) for blur in looks.blurs]
+        self._sigma = config.likelihood.initial_sigma
         self._filter.start(self._warp)
-        if self._config.guide is not None:
-            guide = self._config.guide
-            size = self._matcher.template.size
-            self._correlation = CorrelationFilter(guide.correlation, size, guide.resolution)
+        if config.guide is not None:
+            size = self._template.size
+            self._correlation = CorrelationFilter(
+                config.guide.correlation, size, config.guide.resolution
+            )
             self._correlation.start(image, self._warp[:2, 2], self._unit_px)
+        if config.redetection is not None:
+            self._loss = LossMonitor(config.redetection, self._warp)
 
     def update(self, image: np.ndarray) -> BoxEstimate:
         """See `BoxTracker`."""
-        if self._matcher is None:
+        if not self._appearances:
             raise ValueError("update() before start()")
-        response = self._respond(image)
-        centre = self._warp[:2, 2] if response is None else response.best.peak_px
-        window, layers = self._look(image, centre)
-        template = TemplateObservation(self._matcher, layers, self._config.likelihood, self._sigma)
-        observation = WindowObservation(template, window.to_window)
-        if response is None:
-            estimate = self._filter.step(observation, _FRAME)
+        if self._loss is not None and self._loss.is_lost:
+            window, layers, estimate = self._search(image)
         else:
-            estimate = self._guided_step(observation, response)
+            window, layers, estimate = self._follow(image)
         if aff2.is_valid(estimate.warp):
             self._warp = estimate.warp
-        patch, visible = self._matcher.patch(layers, window.to_window @ self._warp)
-        visible_fraction = float(visible.mean())
-        ncc = _correlation(self._matcher.template.values, patch, visible)
-        self._learn(ncc, patch, visible_fraction)
-        if self._correlation is not None:
-            self._correlation.learn(image, self._warp[:2, 2], self._unit_px)
-        return self._report(estimate, ncc, visible_fraction)
+        warp = window.to_window @ self._warp
+        fits = [look.fit(each, warp) for look, each in zip(self._appearances, layers, strict=True)]
+        self._learn(image, fits)
+        return self._report(estimate, fits[-1])
 
     @property
     def _unit_px(self) -> float:
         """Present length of the template unit in the image."""
         return math.sqrt(abs(float(np.linalg.det(self._warp[:2, :2]))))
 
-    def _look(self, image: np.ndarray, centre_px: np.ndarray) -> tuple[Window, Layers]:
-        config = self._config
-        window = cut_window(image, centre_px, self._unit_px, config.reach, config.grid)
-        smooth = cv2.GaussianBlur(window.grey, (0, 0), config.blur * config.grid)
-        return Window(smooth, window.to_window), Layers.of(smooth)
+    @property
+    def _template(self) -> Template:
+        """The finest one."""
+        return self._appearances[-1].matcher.template
 
-    def _respond(self, image: np.ndarray) -> ResponsePyramid | None:
-        if self._correlation is None:
-            return None
-        return self._correlation.search(image, self._warp[:2, 2], self._unit_px)
-
-    def _guided_step(
-        self, observation: WindowObservation, response: ResponsePyramid
-    ) -> FilterEstimate:
+    def _follow(self, image: np.ndarray) -> tuple[Window, list[Layers], FilterEstimate]:
+        """Looks around the last place."""
         guide = self._config.guide
-        assert guide is not None
+        if self._correlation is None or guide is None:
+            window = self._look(image, self._warp[:2, 2])
+            layers, observation = self._observe(window)
+            return window, layers, self._filter.step(observation, _FRAME)
+        response = self._correlation.search(image, self._warp[:2, 2], self._unit_px)
+        window = self._look(image, response.best.peak_px)
+        layers, observation = self._observe(window)
         guided = _GuidedObservation(observation, response, guide.weight)
-        count = round(guide.jump_share * self._config.filter.particle_count)
-        places = response.best.draw(count, guide.weight, self._rng)
-        return self._filter.step(guided, _FRAME, places)
+        places = self._draw_places(response.best, guide.jump_share, guide.weight)
+        return window, layers, self._filter.step(guided, _FRAME, places)
 
-    def _learn(self, ncc: float, patch: np.ndarray, visible_fraction: float) -> None:
-        """Noise from the residual, 2 (1 - ncc) of normalised patches; template from the patch."""
-        config, likelihood = self._config, self._config.likelihood
+    def _search(self, image: np.ndarray) -> tuple[Window, list[Layers], FilterEstimate]:
+        """Looks everywhere for the target as it was when it was last seen."""
+        config = self._config.redetection
+        assert config is not None
+        assert self._loss is not None
+        self._warp = self._loss.last_good_warp
+        self._filter.start(self._warp)
+        window = self._look(image, self._warp[:2, 2], everywhere=True)
+        layers, observation = self._observe(window)
+        blur = self._config.appearance.blurs[-1]
+        response = whole_image_response(
+            image, self._template, blur, self._unit_px, config.resolution
+        )
+        places = self._draw_places(response, config.share, config.sharpness)
+        return window, layers, self._filter.step(observation, _FRAME, places)
+
+    def _look(self, image: np.ndarray, centre_px: np.ndarray, everywhere: bool = False) -> Window:
+        config = self._config
+        reach = math.hypot(*image.shape[:2]) / self._unit_px if everywhere else config.reach
+        return cut_window(image, centre_px, self._unit_px, reach, config.appearance.grid)
+
+    def _observe(self, window: Window) -> tuple[list[Layers], WindowObservation]:
+        """What each appearance sees in the window, and the observation of them together."""
+        layers = [look.layers(window) for look in self._appearances]
+        levels = [
+            TemplateObservation(look.matcher, each, self._config.likelihood, self._sigma)
+            for look, each in zip(self._appearances, layers, strict=True)
+        ]
+        observation = levels[0] if len(levels) == 1 else PyramidObservation(tuple(levels))
+        return layers, WindowObservation(observation, window.to_window)
+
+    def _draw_places(self, response: Response, share: float, sharpness: float) -> np.ndarray:
+        count = round(share * self._config.filter.particle_count)
+        return response.draw(count, sharpness, self._rng)
+
+    def _learn(self, image: np.ndarray, fits: Sequence[Fit]) -> None:
+        """Noise from the residual, 2 (1 - ncc) of normalised patches; looks from the patches."""
+        likelihood, ncc = self._config.likelihood, fits[-1].ncc
         share = likelihood.sigma_memory
         variance = share * self._sigma**2 + (1.0 - share) * 2.0 * (1.0 - ncc)
         sigma = math.sqrt(variance)
         self._sigma = float(np.clip(sigma, likelihood.sigma_floor, likelihood.sigma_ceiling))
-        assert self._first is not None
-        if ncc >= config.update_ncc and visible_fraction > 0.8 and config.update_rate > 0:
-            self._average += config.update_rate * (patch - self._average)
-            self._matcher = PatchMatcher(self._first.blended(self._average, 1.0 - config.anchor))
+        for look, fit in zip(self._appearances, fits, strict=True):
+            look.learn(fit)
+        if self._loss is not None:
+            self._loss.note(ncc, self._warp)
+            if self._loss.is_lost:
+                return
+        if self._correlation is not None:
+            self._correlation.learn(image, self._warp[:2, 2], self._unit_px)
 
-    def _report(self, estimate: FilterEstimate, ncc: float, visible: float) -> BoxEstimate:
-        assert self._matcher is not None
-        is_supported = ncc >= self._config.tracking_ncc
+    def _report(self, estimate: FilterEstimate, fit: Fit) -> BoxEstimate:
         affine = WarpEstimate(
             warp=self._warp,
             covariance=estimate.covariance,
             ess=estimate.ess,
             log_likelihood=estimate.log_evidence,
-            ncc=ncc,
-            visible_fraction=visible,
-            status=Status.TRACKING if is_supported else Status.UNCERTAIN,
+            ncc=fit.ncc,
+            visible_fraction=fit.visible_fraction,
+            status=self._status(fit.ncc),
             particles=self._filter.particles.warps,
             resampling=estimate.resampling,
         )
-        return BoxEstimate(box_of_warp(self._warp, self._matcher.template.size), affine)
+        return BoxEstimate(box_of_warp(self._warp, self._template.size), affine)
+
+    def _status(self, ncc: float) -> Status:
+        if self._loss is not None and self._loss.is_lost:
+            return Status.LOST
+        return Status.TRACKING if ncc >= self._config.tracking_ncc else Status.UNCERTAIN
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,8 +255,8 @@ class _GuidedObservation:
         scores = np.maximum(self.response.at(warps[:, :2, 2], _log_units(warps)), 0.0)
         return self.inner.log_likelihood(warps) + self.weight * scores
 
-    def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return self.inner.linearise(warps)
+    def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        return self.inner.linearise(warps, iteration)
 
 
 def _log_units(warps: np.ndarray) -> np.ndarray:
@@ -230,26 +264,3 @@ def _log_units(warps: np.ndarray) -> np.ndarray:
     A = warps[:, :2, :2]
     det = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
     return 0.5 * np.log(np.maximum(det, 1e-12))
-
-
-def _samples(window: Window, box: np.ndarray, grid: tuple[int, int]) -> np.ndarray:
-    """(rows, columns) values of the window on a grid over the box."""
-    rows, columns = grid
-    x, y, w, h = (float(v) for v in box)
-    left, top = x - 0.5 + 0.5 * w / columns, y - 0.5 + 0.5 * h / rows
-    step = np.array([[w / columns, 0, left], [0, h / rows, top], [0, 0, 1.0]])
-    return cv2.warpAffine(
-        window.grey,
-        (window.to_window @ step)[:2],
-        (columns, rows),
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
-
-
-def _correlation(template: np.ndarray, patch: np.ndarray, visible: np.ndarray) -> float:
-    """Correlation of normalised values over the visible samples; 0 where none is."""
-    count = float(visible.sum())
-    if count < 1:
-        return 0.0
-    return float(np.clip((visible * template * patch).sum() / count, -1.0, 1.0))

@@ -76,12 +76,17 @@ class GaussianProposal:
     """Linearisations per image (Gauss-Newton steps)."""
     prior_share: float = 0.1
     """Share of particles drawn from the transition prior, from 0 to below 1."""
+    family_size: int = 1
+    """One particle in so many, a parent, consults the image; the next ones, its children, take
+    over its linearisation and keep their own prior. [Kwon2014] parent-child particles."""
 
     def __post_init__(self) -> None:
         if self.iterations < 1:
             raise ValueError(f"iterations must be 1 or greater, got {self.iterations}")
         if not 0.0 <= self.prior_share < 1.0:
             raise ValueError(f"prior_share must be in [0, 1), got {self.prior_share!r}")
+        if self.family_size < 1:
+            raise ValueError(f"family_size must be 1 or greater, got {self.family_size}")
 
     def draw(
         self,
@@ -96,13 +101,17 @@ class GaussianProposal:
         count = len(predicted)
         noise = rng.standard_normal((count, 6))
         is_prior = rng.random(count) < self.prior_share
+        family = np.arange(count) // self.family_size
         means, root = predicted.copy(), np.empty((count, 6, 6))
-        for _ in range(self.iterations):
-            gradient, information = observation.linearise(means)
+        for iteration in range(self.iterations):
+            places = means[:: self.family_size]
+            gradient, information = observation.linearise(places, iteration)
+            if self.family_size > 1:
+                means, gradient, information = (a[family] for a in (places, gradient, information))
             gaussian_loops.climb(
                 predicted, variances, gradient, information, _STEP_LIMIT, means, root
             )
-        warps, log_ratio = np.empty_like(means), np.empty(count)
+        warps, log_ratio = np.empty_like(predicted), np.empty(count)
         gaussian_loops.draw(
             predicted, variances, means, root, noise, is_prior, self.prior_share, warps, log_ratio
         )

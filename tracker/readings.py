@@ -10,23 +10,47 @@ from dataclasses import replace
 from typing import Any
 
 from tracker.particle_box_tracker import BoxTrackerConfig
+from tracker.redetection import RedetectionConfig
 from tracker.registry import BOX_TRACKERS
+from tracker.subspace import SubspaceConfig
 
 
-def _filter(name: str, description: str, **changes: Any) -> BoxTrackerConfig:
-    row = BOX_TRACKERS[name]
-    return replace(row, description=description, filter=replace(row.filter, **changes))
+def _reading(name: str, description: str, **changes: Any) -> BoxTrackerConfig:
+    return _changed(BOX_TRACKERS[name], {"description": description, **changes})
+
+
+def _changed(config: Any, changes: dict[str, Any]) -> Any:
+    """`config` with fields replaced; a dictionary changes the fields of a field."""
+    return replace(
+        config,
+        **{
+            name: _changed(getattr(config, name), value) if isinstance(value, dict) else value
+            for name, value in changes.items()
+        },
+    )
 
 
 def _combination(description: str, **changes: Any) -> BoxTrackerConfig:
-    combination = replace(BOX_TRACKERS["igpf"].filter.combination, **changes)
-    return _filter("igpf", description, combination=combination)
+    return _reading("igpf", description, filter={"combination": changes})
 
 
-def _likelihood(name: str, description: str, **changes: Any) -> BoxTrackerConfig:
-    row = BOX_TRACKERS[name]
-    return replace(row, description=description, likelihood=replace(row.likelihood, **changes))
-
+_PARTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "iterated": ("two linearisations an image", {"filter": {"iterations": 2}}),
+    "pyramid": (
+        "two linearisations an image, the first one of a blurred picture",
+        {"filter": {"iterations": 2}, "appearance": {"blurs": (0.2, 0.1)}},
+    ),
+    "families": ("five particles share a linearisation", {"filter": {"family_size": 5}}),
+    "defensive": ("30 % of the particles from the prior", {"filter": {"prior_share": 0.3}}),
+    "local": ("each particle under its own noise", {"likelihood": {"is_local_noise": True}}),
+    "anchored": ("template anchored on its first picture", {"appearance": {"anchor": 0.6}}),
+    "subspace": (
+        "variations of the template cost nothing",
+        {"appearance": {"subspace": SubspaceConfig()}},
+    ),
+    "redetecting": ("looks for a lost target", {"redetection": RedetectionConfig()}),
+}
+"""Parts that the paper does not have; each runs with either filter."""
 
 READINGS: dict[str, BoxTrackerConfig] = {
     "igpf-away": _combination("Eq 24: away from the low particle", direction="away-from-low"),
@@ -43,17 +67,12 @@ READINGS: dict[str, BoxTrackerConfig] = {
         "copies spread with the variance of the last estimate, without process noise",
         spread="estimate",
     ),
-    "igpf-early": _filter("igpf", "estimate before resampling", is_estimate_late=False),
-    "igpf-iterated": _filter("igpf", "two linearisations an image", iterations=2),
-    "gpf-iterated": _filter("gpf", "two linearisations an image", iterations=2),
-    "igpf-defensive": _filter("igpf", "30 % of the particles from the prior", prior_share=0.3),
-    "gpf-defensive": _filter("gpf", "30 % of the particles from the prior", prior_share=0.3),
-    "igpf-local": _likelihood("igpf", "each particle under its own noise", is_local_noise=True),
-    "gpf-local": _likelihood("gpf", "each particle under its own noise", is_local_noise=True),
-    "igpf-anchored": replace(
-        BOX_TRACKERS["igpf"], description="template anchored on its first picture", anchor=0.6
+    "igpf-early": _reading(
+        "igpf", "estimate before resampling", filter={"is_estimate_late": False}
     ),
-    "gpf-anchored": replace(
-        BOX_TRACKERS["gpf"], description="template anchored on its first picture", anchor=0.6
-    ),
+    **{
+        f"{name}-{part}": _reading(name, description, **changes)
+        for part, (description, changes) in _PARTS.items()
+        for name in ("igpf", "gpf")
+    },
 }

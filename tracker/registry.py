@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from tracker.appearance import AppearanceConfig
 from tracker.backproject import BackprojectConfig
 from tracker.baselines import BASELINES
 from tracker.detection import DetectionConfig
@@ -95,8 +96,7 @@ BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
         ),
         likelihood=replace(VIDEO_LIKELIHOOD, is_local_noise=True),
         guide=GuideConfig(),
-        blur=0.06,
-        anchor=0.6,
+        appearance=AppearanceConfig(blurs=(0.06,), anchor=0.6),
     ),
 }
 """For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021]

@@ -37,9 +37,9 @@ class WindowObservation:
         """See `Observation`."""
         return self.inner.log_likelihood(self.to_window @ warps)
 
-    def linearise(self, warps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """See `Observation`; perturbations live in template coordinates, so nothing changes."""
-        return self.inner.linearise(self.to_window @ warps)
+        return self.inner.linearise(self.to_window @ warps, iteration)
 
 
 def cut_window(

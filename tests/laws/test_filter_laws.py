@@ -24,7 +24,7 @@ class TranslationObservation:
     def log_likelihood(self, warps):
         return -0.5 * ((warps[:, :2, 2] - self.y) ** 2).sum(axis=1) / OBSERVATION_STD**2
 
-    def linearise(self, warps):
+    def linearise(self, warps, iteration=0):
         gradient = np.zeros((len(warps), 6))
         gradient[:, 4:] = (self.y - warps[:, :2, 2]) / OBSERVATION_STD**2
         information = np.zeros((len(warps), 6, 6))
@@ -78,10 +78,20 @@ def settings(**changes):
         settings(resampling="multinomial", resampling_threshold=1.0),
         settings(prior_share=0.2),
         settings(iterations=3),
+        settings(family_size=3),
         settings(state_space="vector", proposal="prior"),
         settings(proposal="prior"),
     ],
-    ids=["gaussian", "residual", "multinomial", "mixture", "iterated", "vector-prior", "prior"],
+    ids=[
+        "gaussian",
+        "residual",
+        "multinomial",
+        "mixture",
+        "iterated",
+        "families",
+        "vector-prior",
+        "prior",
+    ],
 )
 def test_filter_equals_the_kalman_filter(config):
     start, previous, observations = simulate(np.random.default_rng(0))

@@ -31,7 +31,7 @@ class Peak:
     def log_likelihood(self, warps):
         return -self.sharpness * (aff2.difference(self.centre, warps) ** 2).sum(axis=1)
 
-    def linearise(self, warps):
+    def linearise(self, warps, iteration=0):
         raise AssertionError("resampling must not linearise")
 
 

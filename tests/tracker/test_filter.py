@@ -12,7 +12,7 @@ class Indifferent:
     def log_likelihood(self, warps):
         return np.zeros(len(warps))
 
-    def linearise(self, warps):
+    def linearise(self, warps, iteration=0):
         return np.zeros((len(warps), 6)), np.zeros((len(warps), 6, 6))
 
 

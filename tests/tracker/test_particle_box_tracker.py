@@ -6,8 +6,11 @@ import pytest
 import videos
 
 from tracker import aff2
+from tracker.appearance import AppearanceConfig
+from tracker.base import Status
 from tracker.box_tracker import box_of_warp, warp_of_box
 from tracker.particle_box_tracker import ParticleBoxTracker
+from tracker.redetection import RedetectionConfig
 from tracker.registry import BOX_TRACKERS
 
 BOX = np.array([60.0, 50.0, *videos.SIZE_PX])
@@ -24,9 +27,13 @@ def small(name, **changes):
     return replace(config, filter=replace(config.filter, particle_count=60), **changes)
 
 
+def looking(config, **changes):
+    return replace(config, appearance=replace(config.appearance, **changes))
+
+
 def calm(name):
     """For a target that moves as little as in most images: less noise, sharper pictures."""
-    config = small(name, blur=0.06)
+    config = looking(small(name), blurs=(0.06,))
     noise = (*config.filter.noise_per_root_s[:4], 0.08, 0.08)
     return replace(config, filter=replace(config.filter, noise_per_root_s=noise))
 
@@ -79,9 +86,8 @@ def test_an_anchored_template_forgets_what_it_has_learnt():
     images += videos.film(steady[:1])
     ncc = {}
     for anchor in (0.0, 1.0):
-        tracker = ParticleBoxTracker(
-            small("igpf", anchor=anchor, update_rate=0.5, update_ncc=0.0), np.random.default_rng(0)
-        )
+        config = looking(small("igpf"), anchor=anchor, update_rate=0.5, update_ncc=0.0)
+        tracker = ParticleBoxTracker(config, np.random.default_rng(0))
         tracker.start(images[0], BOX)
         ncc[anchor] = [tracker.update(image).affine.ncc for image in images[1:]][-1]
     assert ncc[1.0] > ncc[0.0]
@@ -140,10 +146,62 @@ def test_update_before_start_is_refused():
         ParticleBoxTracker(small("igpf"), np.random.default_rng(0)).update(np.zeros((9, 9, 3)))
 
 
+def test_a_target_that_was_carried_away_is_found_again_only_by_looking_for_it():
+    """Cut from one corner of the image to another, where nothing of the window reaches.
+
+    The picture is hardly smoothed, so that little of the old surroundings is in the template.
+    """
+    here = drifting(8, [0, 0, 0, 0, 0.01, 0])
+    there = [X + np.array([[0, 0, 100], [0, 0, 80], [0, 0, 0]]) for X in here]
+    images = videos.film(here + 2 * there)
+    statuses = {}
+    looks_for_it = RedetectionConfig(lost_ncc=0.8)
+    for redetection in (None, looks_for_it):
+        row = small("igpf", redetection=redetection)
+        config = looking(row, blurs=(0.02,), update_ncc=0.8)
+        estimates = follow("igpf", images, config=config)
+        error_px = np.linalg.norm(estimates[-1].affine.warp[:2, 2] - there[-1][:2, 2])
+        assert (error_px < 4) == (redetection is not None)
+        statuses[redetection] = [estimate.affine.status for estimate in estimates]
+    assert Status.LOST not in statuses[None]
+    assert Status.LOST in statuses[looks_for_it]
+    assert statuses[looks_for_it][-1] == Status.TRACKING
+
+
+def test_a_coarse_first_level_reaches_farther_than_the_fine_one_alone():
+    """By a sixth of the target's side in one image."""
+    start = drifting(1, np.zeros(6))[0]
+    jump = aff2.perturb(start, np.array([0, 0, 0, 0, 0.15, 0.1]))
+    images = videos.film([start, jump])
+    errors = {}
+    for blurs in ((0.03, 0.03), (0.25, 0.03)):
+        row = small("gpf")
+        noise = (0.01, 0.005, 0.01, 0.005, 0.2, 0.2)
+        faster = replace(row.filter, iterations=2, noise_per_root_s=noise)
+        config = looking(replace(row, filter=faster), blurs=blurs)
+        estimate = follow("gpf", images, config=config)[-1]
+        errors[blurs[0]] = np.linalg.norm(aff2.difference(jump, estimate.affine.warp)[4:])
+    assert errors[0.25] < 0.5 * errors[0.03]
+
+
+def test_families_follow_the_target_too():
+    row = calm("igpf")
+    config = replace(row, filter=replace(row.filter, family_size=5))
+    warps = drifting(12, [0.01, 0, 0.01, 0, 0.03, 0.02])
+    error = aff2.difference(
+        warps[-1], follow("igpf", videos.film(warps), config=config)[-1].affine.warp
+    )
+    assert np.hypot(*error[4:]) < 0.06
+
+
 @pytest.mark.parametrize(
-    ("field", "value"),
-    [("grid", 3), ("reach", np.inf), ("blur", 0.0), ("update_rate", 1.5), ("anchor", -0.1)],
+    ("changes", "message"),
+    [
+        ({"reach": np.inf}, "reach"),
+        ({"tracking_ncc": -0.1}, "tracking_ncc"),
+        ({"appearance": AppearanceConfig(blurs=(0.2, 0.1))}, "2 blurs need as many iterations"),
+    ],
 )
-def test_bad_settings_are_refused(field, value):
-    with pytest.raises(ValueError, match=field):
-        replace(BOX_TRACKERS["igpf"], **{field: value})
+def test_bad_settings_are_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        replace(BOX_TRACKERS["igpf"], **changes)
