@@ -137,33 +137,26 @@ def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
     return result
 
 
-def first_moment(X: np.ndarray, Y: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """(6,) weighted sum of the tangent vectors from X (3, 3) to Y (n, 3, 3).
-
-    Those of Y without a logarithm there (some that are half a turn away) count as X.
-    """
-    result = np.empty(6)
-    loops.first_moment(X, np.ascontiguousarray(Y, float), weights, result)
-    return result
-
-
-def second_moment(X: np.ndarray, Y: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """(6, 6) weighted sum of the outer products of those tangent vectors."""
-    result = np.empty((6, 6))
-    loops.second_moment(X, np.ascontiguousarray(Y, float), weights, result)
-    return result
-
-
-def mean(X: np.ndarray, weights: np.ndarray, iterations: int = 3) -> np.ndarray:
+def mean(X: np.ndarray, weights: np.ndarray, iterations: int = 2) -> np.ndarray:
     """(3, 3) intrinsic mean of elements (n, 3, 3) under weights (n,) that sum to one.
 
     Starts at the heaviest element and repeats `Xbar <- Xbar exp(sum w log(Xbar^-1 X))`; a plain
-    average of matrices would shrink rotations. [Kwon2010]
+    average of matrices would shrink rotations. Elements without a logarithm there (some that are
+    half a turn away) count as if they were at the mean. [Kwon2010]
     """
-    Xbar = X[int(np.argmax(weights))]
-    for _ in range(iterations):
-        Xbar = perturb(Xbar, weights @ difference(Xbar, X))
+    Xbar = np.empty((3, 3))
+    loops.mean(np.ascontiguousarray(X, float), weights, iterations, Xbar)
     return Xbar
+
+
+def covariance(X: np.ndarray, weights: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """(6, 6) weighted sum of outer products of the tangent vectors from `centre` (3, 3) to X.
+
+    Elements of X (n, 3, 3) without a logarithm there count as if they were at `centre`.
+    """
+    result = np.empty((6, 6))
+    loops.covariance(np.ascontiguousarray(X, float), weights, centre, result)
+    return result
 
 
 def polar(X: np.ndarray) -> np.ndarray:

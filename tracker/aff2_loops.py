@@ -107,27 +107,30 @@ def is_valid(X: np.ndarray, low: float, high: float, out: np.ndarray) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def first_moment(X: np.ndarray, Y: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
-    """Weighted sum (6,) of the tangent vectors from X (3, 3) to Y (n, 3, 3).
+def mean(X: np.ndarray, weights: np.ndarray, iterations: int, out: np.ndarray) -> None:
+    """Intrinsic mean (3, 3) of X (n, 3, 3) under `weights` (n,).
 
-    Elements without a logarithm there count as if they were at X.
+    Elements without a logarithm at the mean so far count as if they were there.
     """
-    e = np.empty(6)
-    out[:] = 0.0
-    for i in range(len(Y)):
-        difference_one(X, Y[i], e)
-        if _is_finite(e):
-            for j in range(6):
-                out[j] += weights[i] * e[j]
+    e, shift = np.empty(6), np.empty(6)
+    out[:] = X[np.argmax(weights)]
+    for _ in range(iterations):
+        shift[:] = 0.0
+        for i in range(len(X)):
+            difference_one(out, X[i], e)
+            if _is_finite(e):
+                for j in range(6):
+                    shift[j] += weights[i] * e[j]
+        perturb_one(out, shift, out)
 
 
 @njit(cache=True, error_model="numpy")
-def second_moment(X: np.ndarray, Y: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
-    """Weighted sum (6, 6) of the outer products of those tangent vectors."""
+def covariance(X: np.ndarray, weights: np.ndarray, centre: np.ndarray, out: np.ndarray) -> None:
+    """Weighted sum (6, 6) of outer products of the tangent vectors from `centre` to X (n, 3, 3)."""
     e = np.empty(6)
     out[:] = 0.0
-    for i in range(len(Y)):
-        difference_one(X, Y[i], e)
+    for i in range(len(X)):
+        difference_one(centre, X[i], e)
         if _is_finite(e):
             for j in range(6):
                 for k in range(j + 1):

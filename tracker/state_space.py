@@ -25,10 +25,8 @@ class StateSpace(Protocol):
         """(n, 6) tangent vector from `start` to `end`; inverse of `perturb`."""
         ...
 
-    def mean_difference(
-        self, start: np.ndarray, ends: np.ndarray, weights: np.ndarray
-    ) -> np.ndarray:
-        """(6,) weighted sum of the tangent vectors from `start` (3, 3) to `ends` (n, 3, 3)."""
+    def mean(self, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """(3, 3) mean of warps (n, 3, 3) under weights (n,) that sum to one."""
         ...
 
 
@@ -43,11 +41,9 @@ class AffineGroup:
         """vee log(start^-1 end)."""
         return aff2.difference(start, end)
 
-    def mean_difference(
-        self, start: np.ndarray, ends: np.ndarray, weights: np.ndarray
-    ) -> np.ndarray:
-        """Those without a logarithm count as if they were at `start`."""
-        return aff2.first_moment(start, ends, weights)
+    def mean(self, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """The intrinsic mean."""
+        return aff2.mean(warps, weights)
 
 
 class AffineVector:
@@ -72,11 +68,12 @@ class AffineVector:
         e[..., 4:] /= np.exp(p[..., :1])
         return e
 
-    def mean_difference(
-        self, start: np.ndarray, ends: np.ndarray, weights: np.ndarray
-    ) -> np.ndarray:
-        """Angles are averaged around that of `start`."""
-        return weights @ self.difference(start, ends)
+    def mean(self, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Mean of the parameters; angles are averaged around that of the heaviest warp."""
+        Xbar = warps[int(np.argmax(weights))]
+        for _ in range(2):  # translations count in units of the warp that they start from
+            Xbar = self.perturb(Xbar, weights @ self.difference(Xbar, warps))
+        return Xbar
 
 
 STATE_SPACES: dict[str, StateSpace] = {"group": AffineGroup(), "vector": AffineVector()}
@@ -85,12 +82,6 @@ STATE_SPACES: dict[str, StateSpace] = {"group": AffineGroup(), "vector": AffineV
 def moments(
     space: StateSpace, warps: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Weighted mean (3, 3), and covariance (6, 6) in the tangent space of Aff(2) at it.
-
-    The mean starts at the heaviest warp and is iterated on the tangent space. Warps without a
-    logarithm there (some that are half a turn away) count as if they were at the mean.
-    """
-    Xbar = warps[int(np.argmax(weights))]
-    for _ in range(2):
-        Xbar = space.perturb(Xbar, space.mean_difference(Xbar, warps, weights))
-    return Xbar, aff2.second_moment(Xbar, warps, weights)
+    """Weighted mean (3, 3), and covariance (6, 6) in the tangent space of Aff(2) at it."""
+    Xbar = space.mean(warps, weights)
+    return Xbar, aff2.covariance(warps, weights, Xbar)
