@@ -137,6 +137,14 @@ def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
     return result
 
 
+def advance(X: np.ndarray, Y: np.ndarray, share: float) -> np.ndarray:
+    """(n, 3, 3) elements Y moved on by a share of the tangent vectors from X (n, 3, 3) to Y."""
+    result = np.empty(Y.shape)
+    X, Y = np.ascontiguousarray(X, float), np.ascontiguousarray(Y, float)
+    loops.advance(X, Y, share, result)
+    return result
+
+
 def mean(X: np.ndarray, weights: np.ndarray, iterations: int = 2) -> np.ndarray:
     """(3, 3) intrinsic mean of elements (n, 3, 3) under weights (n,) that sum to one.
 

@@ -79,6 +79,17 @@ def perturb_one(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, error_model="numpy")
+def advance(X: np.ndarray, Y: np.ndarray, share: float, out: np.ndarray) -> None:
+    """Y (n, 3, 3) moved on by a share of the tangent vectors from X to Y."""
+    e = np.empty(6)
+    for i in range(len(out)):
+        difference_one(X[i], Y[i], e)
+        for j in range(6):
+            e[j] *= share
+        perturb_one(Y[i], e, out[i])
+
+
+@njit(cache=True, error_model="numpy")
 def log_det_right_jacobian(e: np.ndarray, out: np.ndarray) -> None:
     """ln |det Jr| (n,) at tangent vectors (n, 6)."""
     for i in range(len(e)):

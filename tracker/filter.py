@@ -189,8 +189,8 @@ class ParticleFilter:
     def predict(self, step_s: float) -> np.ndarray:
         """(n, 3, 3) warps moved by their own velocity. [IGPF2021] Eqs (8), (9)."""
         now = self.particles
-        velocity = self._space.difference(now.previous, now.warps) / self._step_s
-        moved = self._space.perturb(now.warps, self._config.autoregression * velocity * step_s)
+        share = self._config.autoregression * step_s / self._step_s
+        moved = self._space.advance(now.previous, now.warps, share)
         is_good = self._is_good(moved)
         if is_good.all():
             return moved

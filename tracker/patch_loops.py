@@ -13,6 +13,8 @@ from numba import njit
 _REORDER = {"reassoc", "contract", "nsz", "arcp"}  # sums may be vectorised; NaN stays NaN
 _MIN_VARIANCE = np.float32(1.0)
 _MIN_TEMPLATE_VARIANCE = np.float32(1e-2)
+_RIM = np.float32(1e-2)
+"""Pixels: corners farther inside leave no doubt about the points between them."""
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
 
 
@@ -29,7 +31,8 @@ def sample(
     """Fills `patch` (m,) and `weights` (m,), 1 where the sample is visible; returns their sum.
 
     Bilinear. Invisible is what lies outside `grey` (h, w) or touches a zero of `mask` (h, w); a
-    mask without elements hides nothing. `places` (3, m) is scratch: index and fractions.
+    mask without elements hides nothing. `places` (3, m) is scratch: index and fractions. The first
+    and the last of `points` (2, m) are opposite corners of the rectangle that holds all.
     """
     height, width = grey.shape
     image, count = grey.reshape(-1), points.shape[1]
@@ -38,15 +41,25 @@ def sample(
     c, d, y0 = np.float32(warp[1, 0]), np.float32(warp[1, 1]), np.float32(warp[1, 2])
     right, bottom = np.float32(width - 1), np.float32(height - 1)
     row, last_x, last_y = np.int32(width), np.int32(width - 2), np.int32(height - 2)
-    for m in range(count):
-        x = a * points[0, m] + b * points[1, m] + x0
-        y = c * points[0, m] + d * points[1, m] + y0
-        is_inside = (x >= _ZERO) & (x <= right) & (y >= _ZERO) & (y <= bottom)
-        weights[m] = _ONE if is_inside else _ZERO
-        x, y = (x, y) if is_inside else (_ZERO, _ZERO)
-        ix, iy = min(np.int32(x), last_x), min(np.int32(y), last_y)
-        fx[m], fy[m] = x - np.float32(ix), y - np.float32(iy)
-        index[m] = iy * row + ix
+    is_whole = _is_inside(points, a, b, c, d, x0, y0, right, bottom)
+    if is_whole:
+        for m in range(count):
+            x = a * points[0, m] + b * points[1, m] + x0
+            y = c * points[0, m] + d * points[1, m] + y0
+            weights[m] = _ONE
+            ix, iy = min(np.int32(x), last_x), min(np.int32(y), last_y)
+            fx[m], fy[m] = x - np.float32(ix), y - np.float32(iy)
+            index[m] = iy * row + ix
+    else:
+        for m in range(count):
+            x = a * points[0, m] + b * points[1, m] + x0
+            y = c * points[0, m] + d * points[1, m] + y0
+            is_inside = (x >= _ZERO) & (x <= right) & (y >= _ZERO) & (y <= bottom)
+            weights[m] = _ONE if is_inside else _ZERO
+            x, y = (x, y) if is_inside else (_ZERO, _ZERO)
+            ix, iy = min(np.int32(x), last_x), min(np.int32(y), last_y)
+            fx[m], fy[m] = x - np.float32(ix), y - np.float32(iy)
+            index[m] = iy * row + ix
     one, below = np.uint32(1), np.uint32(width)
     for m in range(count):
         k = np.uint32(index[m])  # unsigned: no test for negative indices
@@ -61,10 +74,33 @@ def sample(
             k1, k2 = np.uint32(k + one), np.uint32(k + below)
             is_seen = hidden[k] & hidden[k1] & hidden[k2] & hidden[np.uint32(k2 + one)]
             weights[m] *= np.float32(is_seen)
+    elif is_whole:
+        return np.float32(count)
     total = _ZERO
     for m in range(count):
         total += weights[m]
     return total
+
+
+@njit(cache=True, error_model="numpy")
+def _is_inside(
+    points: np.ndarray,
+    a: float,
+    b: float,
+    c: float,
+    d: float,
+    x0: float,
+    y0: float,
+    right: float,
+    bottom: float,
+) -> bool:
+    """Whether the rectangle between first and last point lies in the image, and not on its rim."""
+    for u in (points[0, 0], points[0, -1]):
+        for v in (points[1, 0], points[1, -1]):
+            x, y = a * u + b * v + x0, c * u + d * v + y0
+            if not (_RIM < x < right - _RIM and _RIM < y < bottom - _RIM):
+                return False
+    return True
 
 
 @njit(cache=True, fastmath=_REORDER, error_model="numpy")

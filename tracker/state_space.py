@@ -1,6 +1,6 @@
 """Where the state lives and how it moves: the group Aff(2), or a vector of six parameters.
 
-Both store warps (n, 3, 3) outside and offer the same four operations, so the filter does not know
+Both store warps (n, 3, 3) outside and offer the same operations, so the filter does not know
 which it runs on. Tangent vectors list scale, aspect, rotation, shear, x, y; translations are in
 template units in both.
 """
@@ -25,6 +25,10 @@ class StateSpace(Protocol):
         """(n, 6) tangent vector from `start` to `end`; inverse of `perturb`."""
         ...
 
+    def advance(self, start: np.ndarray, end: np.ndarray, share: float) -> np.ndarray:
+        """(n, 3, 3) `end` moved on by a share of the tangent vectors that lead there."""
+        ...
+
     def mean(self, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """(3, 3) mean of warps (n, 3, 3) under weights (n,) that sum to one."""
         ...
@@ -40,6 +44,10 @@ class AffineGroup:
     def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
         """vee log(start^-1 end)."""
         return aff2.difference(start, end)
+
+    def advance(self, start: np.ndarray, end: np.ndarray, share: float) -> np.ndarray:
+        """The body's velocity is kept."""
+        return aff2.advance(start, end, share)
 
     def mean(self, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """The intrinsic mean."""
@@ -67,6 +75,10 @@ class AffineVector:
         e[..., 2] = np.remainder(e[..., 2] + np.pi, 2 * np.pi) - np.pi
         e[..., 4:] /= np.exp(p[..., :1])
         return e
+
+    def advance(self, start: np.ndarray, end: np.ndarray, share: float) -> np.ndarray:
+        """The rates of the parameters are kept."""
+        return self.perturb(end, share * self.difference(start, end))
 
     def mean(self, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Mean of the parameters; angles are averaged around that of the heaviest warp."""

@@ -29,3 +29,15 @@ def test_a_warp_without_a_logarithm_does_no_harm(space):
     warp, covariance = moments(space, warps, np.full(10, 0.1))
     assert np.isfinite(warp).all() and np.isfinite(covariance).all()
     assert aff2.is_valid(warp)
+
+
+@pytest.mark.parametrize("space", STATE_SPACES.values(), ids=STATE_SPACES)
+def test_advancing_repeats_a_share_of_the_last_motion(space):
+    rng = np.random.default_rng(1)
+    start = space.perturb(np.tile(CENTRE, (5, 1, 1)), 0.1 * rng.standard_normal((5, 6)))
+    e = 0.1 * rng.standard_normal((5, 6))
+    end = space.perturb(start, e)
+    np.testing.assert_allclose(space.advance(start, end, 0.0), end, atol=1e-9)
+    further = space.difference(end, space.advance(start, end, 0.6))
+    expected = 0.6 * space.difference(start, end)
+    np.testing.assert_allclose(further, expected, atol=1e-9)
