@@ -45,7 +45,7 @@ def main(root: Path) -> None:
 
 
 def _strip(folder: Path, frames: tuple[int, ...]) -> np.ndarray:
-    """The frames side by side, with a rim."""
+    """The frames side by side, each with a rim."""
     sequence = load_sequence(folder.name, folder / GROUND_TRUTH)
     corners = np.loadtxt(folder / "corners.csv", delimiter=",", skiprows=1)[:, 1:]
     views = [
@@ -54,7 +54,11 @@ def _strip(folder: Path, frames: tuple[int, ...]) -> np.ndarray:
     label = f"{sequence.name}  {' '.join(sequence.attributes)}"
     for colour, width in (((0, 0, 0), 3), ((255, 255, 255), 1)):
         cv2.putText(views[0], label, (6, 14), 0, 0.4, colour, width, cv2.LINE_AA)
-    return cv2.copyMakeBorder(np.hstack(views), 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(255,) * 3)
+    return np.hstack([_rimmed(view) for view in views])
+
+
+def _rimmed(view: np.ndarray) -> np.ndarray:
+    return cv2.copyMakeBorder(view, 2, 2, 1, 1, cv2.BORDER_CONSTANT, value=(255,) * 3)
 
 
 def _marked(image: np.ndarray, box: np.ndarray, corners: np.ndarray) -> np.ndarray:
