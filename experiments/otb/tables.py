@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from experiments.otb.calibration import calibrated
 from experiments.otb.results import OtbResults
 from experiments.otb.scores import Curves, mean_curves
 from experiments.otb.tb50 import ATTRIBUTES
@@ -131,11 +132,12 @@ _AFFINE_COLUMNS = (
     ("aspect_error", "aspect [%]", 100.0, 1),
     ("shear_error", "shear [%]", 100.0, 1),
     ("nees", "NEES (6)", 1.0, 1),
+    ("calibrated_nees", "calibrated NEES", 1.0, 1),
     ("ess", "ESS", 1.0, 1),
     ("ancestor_count", "ancestors", 1.0, 1),
     ("resampling_distance", "resampling", 1.0, 3),
 )
-"""Column of the CSV, label, factor and digits for people."""
+"""Column of the CSV (one is derived), label, factor and digits for people."""
 
 
 def affine_table(results: OtbResults) -> Table | None:
@@ -159,6 +161,7 @@ def affine_table(results: OtbResults) -> Table | None:
 
 def _affine_measures(files: Sequence[Path]) -> TableRow:
     values: dict[str, list[float]] = {key: [] for key, *_ in _AFFINE_COLUMNS}
+    nees: dict[str, list[float]] = {path.stem: [] for path in files}
     count = 0
     for path in files:
         with path.open(encoding="utf-8", newline="") as file:
@@ -167,8 +170,11 @@ def _affine_measures(files: Sequence[Path]) -> TableRow:
                     continue
                 count += 1
                 for key, known in values.items():
-                    if row[key]:
+                    if row.get(key):
                         known.append(abs(float(row[key])))
+                if row["nees"]:
+                    nees[path.stem].append(float(row["nees"]))
+    values["calibrated_nees"] = calibrated(nees).tolist()
     measures: TableRow = {"frames": count}
     for key, known in values.items():
         measures[f"median_{key}"] = float(np.median(known)) if known else None
