@@ -7,7 +7,7 @@ other things. `docs/method.md` compares what these rows measure.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from tracker.particle_box_tracker import BoxTrackerConfig
 from tracker.redetection import RedetectionConfig
@@ -21,13 +21,11 @@ def _reading(name: str, description: str, **changes: Any) -> BoxTrackerConfig:
 
 def _changed(config: Any, changes: dict[str, Any]) -> Any:
     """`config` with fields replaced; a dictionary changes the fields of a field."""
-    return replace(
-        config,
-        **{
-            name: _changed(getattr(config, name), value) if isinstance(value, dict) else value
-            for name, value in changes.items()
-        },
-    )
+    changed = dict(changes)
+    for name, value in changes.items():
+        if isinstance(value, dict):
+            changed[name] = _changed(getattr(config, name), cast(dict[str, Any], value))
+    return replace(config, **changed)
 
 
 def _combination(description: str, **changes: Any) -> BoxTrackerConfig:
