@@ -1,6 +1,6 @@
 """Paints docs/images/sequences.jpg: moments of rendered sequences with box and corners.
 
-python scripts/sequences_picture.py out/otb
+python scripts/sequences_picture.py out/sequences
 """
 
 from __future__ import annotations
@@ -80,4 +80,4 @@ def _sixteenths(points_px: np.ndarray) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "out/otb"))
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "out/sequences"))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from tracker.checks import require_count, require_share
 from tracker.matching import Layers, PatchMatcher
 from tracker.subspace import Subspace, SubspaceConfig
 from tracker.template import Template
@@ -40,14 +41,11 @@ class AppearanceConfig:
     """Variations of the patches that cost nothing; None: every difference counts."""
 
     def __post_init__(self) -> None:
-        if self.grid < 4:
-            raise ValueError(f"grid must be 4 or greater, got {self.grid}")
+        require_count(self, "grid", least=4)
         is_good = all(math.isfinite(blur) and blur > 0 for blur in self.blurs)
         if not (self.blurs and is_good and sorted(self.blurs, reverse=True) == list(self.blurs)):
             raise ValueError(f"blurs must be positive and fall, got {self.blurs!r}")
-        for name in ("update_rate", "anchor", "update_ncc"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} must be in [0, 1], got {getattr(self, name)!r}")
+        require_share(self, "update_rate", "anchor", "update_ncc")
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ import numpy as np
 
 from tracker import aff2
 from tracker.base import Status, WarpEstimate
+from tracker.checks import require_count, require_positive, require_share
 from tracker.rectify import OverheadImage, OverheadView
 from tracker.template import Template
 
@@ -35,14 +36,9 @@ class BackprojectConfig:
     """Depth samples on the target without which the running height is kept."""
 
     def __post_init__(self) -> None:
-        for name in ("min_visible_fraction", "max_size_error", "height_gain"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} must be in [0, 1], got {getattr(self, name)!r}")
-        for name in ("depth_noise_m", "max_height_error_m"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise ValueError(f"{name} must be a positive number, got {getattr(self, name)!r}")
-        if self.min_depth_count < 1:
-            raise ValueError(f"min_depth_count must be 1 or greater, got {self.min_depth_count}")
+        require_share(self, "min_visible_fraction", "max_size_error", "height_gain")
+        require_positive(self, "depth_noise_m", "max_height_error_m")
+        require_count(self, "min_depth_count")
 
 
 @dataclass(frozen=True, eq=False)

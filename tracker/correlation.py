@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from tracker.checks import require_count, require_positive
 from tracker.histogram_loops import orientation_histograms
 
 _CELL_PX = 4
@@ -42,12 +43,10 @@ class CorrelationConfig:
     """Ratio of one size to the next smaller one."""
 
     def __post_init__(self) -> None:
-        for name in ("padding", "support", "learning_rate", "regularisation", "target_width"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{name} must be a positive number, got {value!r}")
-        if self.scales < 1:
-            raise ValueError(f"scales must be 1 or greater, got {self.scales}")
+        require_positive(
+            self, "padding", "support", "learning_rate", "regularisation", "target_width"
+        )
+        require_count(self, "scales")
         if not (math.isfinite(self.scale_step) and self.scale_step > 1.0):
             raise ValueError(f"scale_step must be greater than 1, got {self.scale_step!r}")
 

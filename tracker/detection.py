@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from tracker import aff2
+from tracker.checks import require_count, require_share
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
 from tracker.template import Template
@@ -45,16 +46,12 @@ class DetectionConfig:
     """Share of the template that must be visible."""
 
     def __post_init__(self) -> None:
-        for name in ("reduction", "candidate_count", "iterations"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be 1 or greater, got {getattr(self, name)}")
+        require_count(self, "reduction", "candidate_count", "iterations")
         if self.rotation_count < 4 or self.rotation_count % 2:
             raise ValueError(
                 f"rotation_count must be even and at least 4, got {self.rotation_count}"
             )
-        for name in ("min_ncc", "min_margin", "min_visible_fraction"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} must be in [0, 1], got {getattr(self, name)!r}")
+        require_share(self, "min_ncc", "min_margin", "min_visible_fraction")
 
 
 @dataclass(frozen=True, eq=False)

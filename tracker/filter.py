@@ -14,6 +14,7 @@ import numpy as np
 
 from tracker import aff2
 from tracker.base import ResamplingTrace
+from tracker.checks import require_choice, require_count, require_share
 from tracker.likelihood import Observation
 from tracker.proposal import GaussianProposal, PriorProposal, Proposal
 from tracker.resampling import RESAMPLERS, CombinationConfig, Particles, ResamplingContext
@@ -51,15 +52,13 @@ class FilterConfig:
     difference only where resampling looks for better places."""
 
     def __post_init__(self) -> None:
-        _require_choice("state_space", self.state_space, tuple(STATE_SPACES))
-        _require_choice("proposal", self.proposal, ("gaussian", "prior"))
-        _require_choice("resampling", self.resampling, tuple(RESAMPLERS))
+        require_choice(self, "state_space", tuple(STATE_SPACES))
+        require_choice(self, "proposal", ("gaussian", "prior"))
+        require_choice(self, "resampling", tuple(RESAMPLERS))
         if self.proposal == "gaussian" and self.state_space == "vector":
             raise ValueError("proposal 'gaussian' needs state_space 'group', got 'vector'")
-        if self.particle_count < 1:
-            raise ValueError(f"particle_count must be 1 or greater, got {self.particle_count}")
-        _require_range("resampling_threshold", self.resampling_threshold, 0.0, 1.0)
-        _require_range("autoregression", self.autoregression, 0.0, 1.0)
+        require_count(self, "particle_count")
+        require_share(self, "resampling_threshold", "autoregression")
         noise = np.asarray(self.noise_per_root_s, float)
         if noise.shape != (6,) or not (np.isfinite(noise).all() and (noise > 0).all()):
             raise ValueError(
@@ -235,13 +234,3 @@ class ParticleFilter:
 
     def _is_good(self, warps: np.ndarray) -> np.ndarray:
         return aff2.is_valid(warps, self._det_range)
-
-
-def _require_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise ValueError(f"{name} must be one of {', '.join(choices)}; got {value!r}")
-
-
-def _require_range(name: str, value: float, low: float, high: float) -> None:
-    if not (math.isfinite(value) and low <= value <= high):
-        raise ValueError(f"{name} must be a number from {low:g} to {high:g}, got {value!r}")

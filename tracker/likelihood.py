@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker import aff2
+from tracker.checks import require_positive
 from tracker.matching import Layers, PatchFit, PatchMatcher
 
 
@@ -55,11 +56,10 @@ class LikelihoodConfig:
     """Deviation of log scale, aspect and shear from the known size; None: size unknown."""
 
     def __post_init__(self) -> None:
-        for name in ("independent_pixel_count", "initial_sigma", "sigma_floor", "sigma_ceiling"):
-            _require_positive(name, getattr(self, name))
-        _require_positive("huber_threshold", self.huber_threshold)
+        require_positive(self, "independent_pixel_count", "initial_sigma", "huber_threshold")
+        require_positive(self, "sigma_floor", "sigma_ceiling")
         if self.shape_std is not None:
-            _require_positive("shape_std", self.shape_std)
+            require_positive(self, "shape_std")
         if not 0.0 <= self.sigma_memory < 1.0:
             raise ValueError(f"sigma_memory must be in [0, 1), got {self.sigma_memory!r}")
 
@@ -147,8 +147,8 @@ class PyramidObservation:
         return self.levels[-1].log_likelihood(warps)
 
     def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Of the level of that number, of the finest beyond."""
-        return self.levels[min(iteration, len(self.levels) - 1)].linearise(warps)
+        """Of the level of that number."""
+        return self.levels[iteration].linearise(warps)
 
 
 _SHAPE_AXES = [0, 1, 3]
@@ -159,8 +159,3 @@ def _shape_error(warps: np.ndarray, log_unit: float) -> np.ndarray:
     error = aff2.polar(warps)[:, _SHAPE_AXES]
     error[:, 0] -= log_unit
     return error
-
-
-def _require_positive(name: str, value: float) -> None:
-    if not (np.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be a positive number, got {value!r}")

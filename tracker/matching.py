@@ -53,7 +53,7 @@ class PatchMatcher:
         samples = template.values.size
         self._points = np.ascontiguousarray(template.points[:2], np.float32)
         self._values = template.values.copy()
-        self._jacobian = _of_normalised(template.jacobian, template.values)
+        self._jacobian = _of_residual(template)
         self._whole = (self._jacobian @ self._jacobian.T) / samples
         self._scratch = np.empty((6, samples), np.float32)
 
@@ -112,12 +112,16 @@ class PatchMatcher:
         return values, weights
 
 
-def _of_normalised(jacobian: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(6, m) derivative of normalised values, from that (m, 6) of values normalised once.
+def _of_residual(template: Template) -> np.ndarray:
+    """(6, m) derivative of the normalised values less what the basis explains.
 
-    Mean and deviation move with the warp as well, so the parts along 1 and the values drop out.
+    Mean, deviation and the part in the basis move with the warp as well, so the parts along 1, the
+    values and the basis drop out.
     """
-    J = jacobian.T.astype(float)
+    values, basis = template.values, template.basis
+    J = template.jacobian.T.astype(float)
     J -= J.mean(axis=1, keepdims=True)
     J -= (J @ values / len(values))[:, None] * values
+    if len(basis):
+        J -= (J @ basis.T) @ basis
     return np.ascontiguousarray(J, np.float32)

@@ -17,6 +17,7 @@ from tracker import aff2
 from tracker.appearance import Appearance, AppearanceConfig, Fit
 from tracker.base import Status, WarpEstimate
 from tracker.box_tracker import BoxEstimate, box_of_warp, warp_of_box
+from tracker.checks import require_positive, require_share
 from tracker.correlation import (
     CorrelationConfig,
     CorrelationFilter,
@@ -48,11 +49,8 @@ class GuideConfig:
     """Log-likelihood that a score of 1 is worth, and sharpness of the places drawn."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.jump_share <= 1.0:
-            raise ValueError(f"jump_share must be in [0, 1], got {self.jump_share!r}")
-        for name in ("resolution", "weight"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise ValueError(f"{name} must be a positive number, got {getattr(self, name)!r}")
+        require_share(self, "jump_share")
+        require_positive(self, "resolution", "weight")
 
 
 VIDEO_FILTER = FilterConfig(
@@ -88,10 +86,8 @@ class BoxTrackerConfig:
     """Correlation from which the tracker says that it tracks."""
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.reach) and self.reach > 0):
-            raise ValueError(f"reach must be a positive number, got {self.reach!r}")
-        if not 0.0 <= self.tracking_ncc <= 1.0:
-            raise ValueError(f"tracking_ncc must be in [0, 1], got {self.tracking_ncc!r}")
+        require_positive(self, "reach")
+        require_share(self, "tracking_ncc")
         levels = len(self.appearance.blurs)
         if levels > 1 and levels != self.filter.iterations:
             raise ValueError(

@@ -41,7 +41,7 @@ def sample(
     c, d, y0 = np.float32(warp[1, 0]), np.float32(warp[1, 1]), np.float32(warp[1, 2])
     right, bottom = np.float32(width - 1), np.float32(height - 1)
     row, last_x, last_y = np.int32(width), np.int32(width - 2), np.int32(height - 2)
-    is_whole = _is_inside(points, a, b, c, d, x0, y0, right, bottom)
+    is_whole = _is_inside(points, warp, right, bottom)
     if is_whole:
         for m in range(count):
             x = a * points[0, m] + b * points[1, m] + x0
@@ -83,21 +83,12 @@ def sample(
 
 
 @njit(cache=True, error_model="numpy")
-def _is_inside(
-    points: np.ndarray,
-    a: float,
-    b: float,
-    c: float,
-    d: float,
-    x0: float,
-    y0: float,
-    right: float,
-    bottom: float,
-) -> bool:
+def _is_inside(points: np.ndarray, warp: np.ndarray, right: float, bottom: float) -> bool:
     """Whether the rectangle between first and last point lies in the image, and not on its rim."""
     for u in (points[0, 0], points[0, -1]):
         for v in (points[1, 0], points[1, -1]):
-            x, y = a * u + b * v + x0, c * u + d * v + y0
+            x = warp[0, 0] * u + warp[0, 1] * v + warp[0, 2]
+            y = warp[1, 0] * u + warp[1, 1] * v + warp[1, 2]
             if not (_RIM < x < right - _RIM and _RIM < y < bottom - _RIM):
                 return False
     return True

@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker.backproject import TargetPose
+from tracker.checks import require_count, require_positive
 
 _FULL_TURN = 2.0 * math.pi
 _MIN_STEP_S = 1e-6
@@ -74,17 +75,13 @@ class PredictorConfig:
     """Time without a pose after which the history no longer counts."""
 
     def __post_init__(self) -> None:
-        if self.history_count < 2:
-            raise ValueError(f"history_count must be 2 or greater, got {self.history_count}")
+        require_count(self, "history_count", least=2)
         psd = np.asarray(self.acceleration_psd, float)
         if psd.shape != (4,) or not (np.isfinite(psd).all() and (psd > 0).all()):
             raise ValueError(
                 f"acceleration_psd must be four positive numbers, got {self.acceleration_psd!r}"
             )
-        for name in ("yaw_period_rad", "max_gap_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{name} must be a positive number, got {value!r}")
+        require_positive(self, "yaw_period_rad", "max_gap_s")
 
 
 class _Intake:

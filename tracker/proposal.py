@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker import gaussian_loops
+from tracker.checks import require_count
 from tracker.likelihood import Observation
 from tracker.state_space import StateSpace
 
@@ -81,12 +82,9 @@ class GaussianProposal:
     over its linearisation and keep their own prior. [Kwon2014] parent-child particles."""
 
     def __post_init__(self) -> None:
-        if self.iterations < 1:
-            raise ValueError(f"iterations must be 1 or greater, got {self.iterations}")
+        require_count(self, "iterations", "family_size")
         if not 0.0 <= self.prior_share < 1.0:
             raise ValueError(f"prior_share must be in [0, 1), got {self.prior_share!r}")
-        if self.family_size < 1:
-            raise ValueError(f"family_size must be 1 or greater, got {self.family_size}")
 
     def draw(
         self,

@@ -17,6 +17,8 @@ from functools import cached_property
 import cv2
 import numpy as np
 
+from tracker.checks import require_positive
+
 
 @dataclass(frozen=True, eq=False)
 class OverheadImage:
@@ -64,9 +66,7 @@ class OverheadView:
             low, high = getattr(self, name)
             if not (np.isfinite([low, high]).all() and low < high):
                 raise ValueError(f"{name} must be (low, high) with low < high, got {(low, high)}")
-        for name in ("m_per_px", "occluder_height_m"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise ValueError(f"{name} must be a positive number, got {getattr(self, name)!r}")
+        require_positive(self, "m_per_px", "occluder_height_m")
         if self.T_world_camera[2, 3] <= self.plane_z_m:
             raise ValueError(
                 f"plane_z_m must lie below the camera at {self.T_world_camera[2, 3]:g} m, "

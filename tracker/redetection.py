@@ -6,12 +6,12 @@ images, part of the particles start where the whole image looks like the templat
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
+from tracker.checks import require_count, require_positive, require_share
 from tracker.correlation import Response
 from tracker.template import Template
 
@@ -34,14 +34,9 @@ class RedetectionConfig:
     """Pixels to a template unit in the search; an image is never enlarged for it."""
 
     def __post_init__(self) -> None:
-        for name in ("lost_ncc", "share"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} must be in [0, 1], got {getattr(self, name)!r}")
-        if self.patience < 1:
-            raise ValueError(f"patience must be 1 or greater, got {self.patience}")
-        for name in ("sharpness", "resolution"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise ValueError(f"{name} must be a positive number, got {getattr(self, name)!r}")
+        require_share(self, "lost_ncc", "share")
+        require_count(self, "patience")
+        require_positive(self, "sharpness", "resolution")
 
 
 class LossMonitor:

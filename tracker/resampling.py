@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from tracker.checks import require_choice, require_count
 from tracker.likelihood import Observation
 from tracker.state_space import StateSpace
 
@@ -76,19 +77,12 @@ class CombinationConfig:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.step_gain) and 0.0 <= self.step_gain <= 10.0):
             raise ValueError(f"step_gain must be a number from 0 to 10, got {self.step_gain!r}")
-        if self.dimension < 1:
-            raise ValueError(f"dimension must be 1 or greater, got {self.dimension}")
-        if self.max_halvings < 0:
-            raise ValueError(f"max_halvings must be 0 or greater, got {self.max_halvings}")
-        for name, choices in (
-            ("direction", ("towards-low", "away-from-low", "from-low")),
-            ("low", ("not-drawn", "below-average")),
-            ("centre", ("parent", "best")),
-            ("spread", ("estimate", "prediction")),
-        ):
-            value = getattr(self, name)
-            if value not in choices:
-                raise ValueError(f"{name} must be one of {', '.join(choices)}; got {value!r}")
+        require_count(self, "dimension")
+        require_count(self, "max_halvings", least=0)
+        require_choice(self, "direction", ("towards-low", "away-from-low", "from-low"))
+        require_choice(self, "low", ("not-drawn", "below-average"))
+        require_choice(self, "centre", ("parent", "best"))
+        require_choice(self, "spread", ("estimate", "prediction"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.checks import require_count, require_share
+
 
 @dataclass(frozen=True)
 class SubspaceConfig:
@@ -23,11 +25,8 @@ class SubspaceConfig:
     """Factor on the old singular values at each update."""
 
     def __post_init__(self) -> None:
-        for name in ("rank", "batch"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be 1 or greater, got {getattr(self, name)}")
-        if not 0.0 <= self.forgetting <= 1.0:
-            raise ValueError(f"forgetting must be in [0, 1], got {self.forgetting!r}")
+        require_count(self, "rank", "batch")
+        require_share(self, "forgetting")
 
 
 class Subspace:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tracker import aff2
 from tracker.base import Status, WarpEstimate
+from tracker.checks import require_count, require_positive, require_share
 from tracker.filter import FilterConfig, FilterEstimate, ParticleFilter
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
@@ -34,16 +35,11 @@ class StatusConfig:
     """Time without support by the image after which the target counts as lost."""
 
     def __post_init__(self) -> None:
-        for name in ("tracking_ncc", "lost_ncc", "min_visible_fraction"):
-            value = getattr(self, name)
-            if not 0.0 <= value <= 1.0:
-                raise ValueError(f"{name} must be in [0, 1], got {value!r}")
+        require_share(self, "tracking_ncc", "lost_ncc", "min_visible_fraction")
         if self.lost_ncc > self.tracking_ncc:
             raise ValueError(f"lost_ncc must not exceed tracking_ncc, got {self.lost_ncc!r}")
-        if self.lost_image_count < 1:
-            raise ValueError(f"lost_image_count must be 1 or greater, got {self.lost_image_count}")
-        if not (math.isfinite(self.max_hidden_s) and self.max_hidden_s > 0):
-            raise ValueError(f"max_hidden_s must be a positive number, got {self.max_hidden_s!r}")
+        require_count(self, "lost_image_count")
+        require_positive(self, "max_hidden_s")
 
 
 class TemplateTracker:

@@ -15,7 +15,7 @@ from tyro.conf import Positional, arg, subcommand
 
 @dataclass(frozen=True)
 class Make:
-    """Renders video sequences with exact truth: `beltgrasp otb make --out out/otb`."""
+    """Renders video sequences with exact truth: `beltgrasp otb make --out out/sequences`."""
 
     out: Annotated[Path, arg(metavar="DIR")]
     """Folder for the sequences; the same command again resumes."""
@@ -86,7 +86,8 @@ class Run:
             )
             return 130
         print(f"{done} files of boxes: {self.out / 'boxes'}")
-        print(f"tables and figures: beltgrasp otb report {self.out}")
+        if done:
+            print(f"tables and figures: beltgrasp otb report {self.out}")
         return 1 if failures else 0
 
 

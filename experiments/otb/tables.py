@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -161,7 +162,7 @@ def affine_table(results: OtbResults) -> Table | None:
 
 def _affine_measures(files: Sequence[Path]) -> TableRow:
     values: dict[str, list[float]] = {key: [] for key, *_ in _AFFINE_COLUMNS}
-    nees: dict[str, list[float]] = {path.stem: [] for path in files}
+    nees_of_sequence: dict[str, list[float]] = defaultdict(list)
     count = 0
     for path in files:
         with path.open(encoding="utf-8", newline="") as file:
@@ -173,8 +174,8 @@ def _affine_measures(files: Sequence[Path]) -> TableRow:
                     if row.get(key):
                         known.append(abs(float(row[key])))
                 if row["nees"]:
-                    nees[path.stem].append(float(row["nees"]))
-    values["calibrated_nees"] = calibrated(nees).tolist()
+                    nees_of_sequence[path.stem].append(float(row["nees"]))
+    values["calibrated_nees"] = calibrated(nees_of_sequence).tolist()
     measures: TableRow = {"frames": count}
     for key, known in values.items():
         measures[f"median_{key}"] = float(np.median(known)) if known else None

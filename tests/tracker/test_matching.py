@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 
 from tracker import aff2
@@ -66,3 +68,33 @@ def test_information_of_a_part_joins_that_of_the_whole(template):
     part = matcher.linearise(Layers.of(image, visibility), warps, 9.0)
     assert 0.9 < part[2][0, 0] < 1.0
     np.testing.assert_allclose(part[1], whole[1], atol=0.1 * np.abs(whole[1]).max())
+
+
+def test_what_the_basis_explains_gives_neither_gradient_nor_information(template):
+    """A step of Gauss-Newton from there is none: motion is what the basis takes away."""
+    shift = np.asarray(template.jacobian[:, 4], float)
+    shift -= shift.mean()
+    shift -= (shift @ template.values / len(shift)) * template.values
+    shift /= np.linalg.norm(shift)
+    with_basis = replace(template, basis=shift[None].astype(np.float32))
+    image = np.random.default_rng(0).random((60, 80)) * 255
+    warps = aff2.similarity(25.0, 0.0, [40, 30])[None]
+    plain, other = (
+        PatchMatcher(t).linearise(Layers.of(image), warps, 9.0) for t in (template, with_basis)
+    )
+    assert abs(other[0][0, 4]) < 1e-3 * abs(plain[0][0, 4])
+    assert other[1][0, 4, 4] < 1e-6 * plain[1][0, 4, 4]
+
+
+def test_a_patch_is_the_same_wherever_the_image_ends(template):
+    """Patches near the rim and patches far from it are sampled by different code."""
+    image = np.random.default_rng(0).random((60, 80)) * 255
+    w, h = np.abs(template.points[:2]).max(axis=1)
+    warp = np.array([[20.0 / w, 0, 40.0], [0, 10.0 / h, 30.0], [0, 0, 1]])
+    matcher = PatchMatcher(template)
+    whole = matcher.patch(Layers.of(image), warp)
+    moved = warp.copy()
+    moved[:2, 2] -= (20.0, 20.0)
+    cut = matcher.patch(Layers.of(image[20:41, 20:61]), moved)
+    for a, b in zip(whole, cut, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-5)

@@ -1,0 +1,37 @@
+"""What the settings of the trackers may be: one line that names the bad value and the good ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+
+def require_positive(config: object, *names: str) -> None:
+    """ValueError for a field of `config` that is not a finite number above zero."""
+    for name in names:
+        value = getattr(config, name)
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f"{name} must be a positive number, got {value!r}")
+
+
+def require_share(config: object, *names: str) -> None:
+    """ValueError for a field of `config` that is not from 0 to 1."""
+    for name in names:
+        value = getattr(config, name)
+        if not 0.0 <= value <= 1.0:
+            raise ValueError(f"{name} must be in [0, 1], got {value!r}")
+
+
+def require_count(config: object, *names: str, least: int = 1) -> None:
+    """ValueError for a field of `config` below `least`."""
+    for name in names:
+        value = getattr(config, name)
+        if value < least:
+            raise ValueError(f"{name} must be {least} or greater, got {value}")
+
+
+def require_choice(config: object, name: str, choices: Sequence[str]) -> None:
+    """ValueError for a field of `config` that is none of `choices`."""
+    value = getattr(config, name)
+    if value not in choices:
+        raise ValueError(f"{name} must be one of {', '.join(choices)}; got {value!r}")
