@@ -69,14 +69,9 @@ def _marked(image: np.ndarray, box: np.ndarray, corners: np.ndarray) -> np.ndarr
     low, size = box[:2] - 1.5, box[2:]
     outline = low + size * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     for points, colour in ((outline, BOX_BGR), (corners, CORNERS_BGR)):
-        fixed = _sixteenths((points + 0.5) * scale - 0.5)
+        fixed = np.round(((points + 0.5) * scale - 0.5) * 16).astype(np.int32)
         cv2.polylines(view, [fixed], True, colour, 1, cv2.LINE_AA, shift=4)
     return view
-
-
-def _sixteenths(points_px: np.ndarray) -> np.ndarray:
-    """OpenCV's fixed-point pixels."""
-    return np.round(points_px * 16).astype(np.int32)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -162,7 +161,8 @@ def affine_table(results: OtbResults) -> Table | None:
 
 def _affine_measures(files: Sequence[Path]) -> TableRow:
     values: dict[str, list[float]] = {key: [] for key, *_ in _AFFINE_COLUMNS}
-    nees_of_sequence: dict[str, list[float]] = defaultdict(list)
+    # One without values keeps its place, so that all trackers have the same halves.
+    nees_of_sequence: dict[str, list[float]] = {path.stem: [] for path in files}
     count = 0
     for path in files:
         with path.open(encoding="utf-8", newline="") as file:
