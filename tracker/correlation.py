@@ -57,10 +57,8 @@ class Response:
 
     scores: np.ndarray
     """(rows, columns) float32; about 1 where the target is as learnt."""
-    origin_px: np.ndarray
-    """(2,) x and y of the middle of the first cell."""
-    cell_px: np.ndarray
-    """(2,) width and height of a cell in the image."""
+    to_image: np.ndarray
+    """(3, 3) column and row of a cell, counted from 0, to pixels x and y of its middle."""
 
     @property
     def peak(self) -> float:
@@ -73,11 +71,12 @@ class Response:
         row, column = np.unravel_index(int(np.argmax(self.scores)), self.scores.shape)
         x = column + _parabola(self.scores[row, :], int(column))
         y = row + _parabola(self.scores[:, column], int(row))
-        return self.origin_px + np.array([x, y]) * self.cell_px
+        return self._places(np.array([[x, y]]))[0]
 
     def at(self, points_px: np.ndarray) -> np.ndarray:
         """(n,) scores at points (n, 2), bilinear; 0 outside the window."""
-        cells = (points_px - self.origin_px) / self.cell_px
+        from_image = np.linalg.inv(self.to_image)
+        cells = points_px @ from_image[:2, :2].T + from_image[:2, 2]
         cells = np.clip(cells, -1e4, 1e4).astype(np.float32)
         return cv2.remap(
             self.scores, cells[None, :, 0], cells[None, :, 1], cv2.INTER_LINEAR, borderValue=0
@@ -91,8 +90,11 @@ class Response:
         cumulative = np.cumsum(np.exp(sharpness * (self.scores - self.peak).astype(float)))
         chosen = np.searchsorted(cumulative, rng.random(count) * cumulative[-1])
         rows, columns = np.unravel_index(chosen, self.scores.shape)
-        places = np.stack([columns, rows], axis=1) + rng.random((count, 2)) - 0.5
-        return self.origin_px + places * self.cell_px
+        return self._places(np.stack([columns, rows], axis=1) + rng.random((count, 2)) - 0.5)
+
+    def _places(self, cells: np.ndarray) -> np.ndarray:
+        """(n, 2) pixels of columns and rows (n, 2)."""
+        return cells @ self.to_image[:2, :2].T + self.to_image[:2, 2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,43 +149,42 @@ class CorrelationFilter:
         self._numerator = self._denominator = self._filter = np.zeros(0)
         self._gain = 1.0
 
-    def start(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> None:
-        """Learns the target at `centre_px` (2,), where a template unit has `unit_px`."""
-        self._numerator, self._denominator = self._train(image, centre_px, unit_px)
+    def start(self, image: np.ndarray, pose: np.ndarray) -> None:
+        """Learns the target at `pose` (3, 3), a similarity from template units to pixels."""
+        self._numerator, self._denominator = self._train(image, pose)
         self._gain = 1.0
         self._filter = self._solve()
-        peak = self.respond(image, centre_px, unit_px).peak
-        self._gain = 1.0 / max(peak, _LEAST_SCORE)
+        self._gain = 1.0 / max(self.respond(image, pose).peak, _LEAST_SCORE)
         self._filter *= self._gain
 
-    def learn(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> None:
+    def learn(self, image: np.ndarray, pose: np.ndarray) -> None:
         """Adds one more view of the target."""
         rate = self._config.learning_rate
-        numerator, denominator = self._train(image, centre_px, unit_px)
+        numerator, denominator = self._train(image, pose)
         self._numerator = (1 - rate) * self._numerator + rate * numerator
         self._denominator = (1 - rate) * self._denominator + rate * denominator
         self._filter = self._solve()
 
-    def search(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> ResponsePyramid:
-        """Answers for the sizes of the configuration around `unit_px`."""
+    def search(self, image: np.ndarray, pose: np.ndarray) -> ResponsePyramid:
+        """Answers for the sizes of the configuration around that of `pose`."""
         step, count = math.log(self._config.scale_step), self._config.scales
-        log_units = math.log(unit_px) + step * (np.arange(count) - (count - 1) / 2)
-        levels = [self.respond(image, centre_px, math.exp(unit)) for unit in log_units]
-        return ResponsePyramid(tuple(levels), log_units)
+        growths = step * (np.arange(count) - (count - 1) / 2)
+        levels = [
+            self.respond(image, pose @ np.diag([math.exp(g), math.exp(g), 1.0])) for g in growths
+        ]
+        log_unit = 0.5 * math.log(np.linalg.det(pose[:2, :2]))
+        return ResponsePyramid(tuple(levels), log_unit + growths)
 
-    def respond(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> Response:
-        """Scores in a window around `centre_px` (2,)."""
-        spectrum = self._spectrum(image, centre_px, unit_px)
+    def respond(self, image: np.ndarray, pose: np.ndarray) -> Response:
+        """Scores in a window around `pose`, turned as it is."""
+        spectrum = self._spectrum(image, pose)
         scores = np.fft.irfft2((self._filter * spectrum).sum(axis=0), (self._rows, self._columns))
         scores = np.fft.fftshift(scores).astype(np.float32)
-        cell_px = self._window_units * unit_px / [self._columns, self._rows]
-        first = -(np.array([self._columns, self._rows]) // 2)
-        return Response(scores, np.asarray(centre_px) + first * cell_px, cell_px)
+        cells = np.array([self._columns, self._rows])
+        return Response(scores, pose @ _from_grid(self._window_units / cells, cells // 2))
 
-    def _train(
-        self, image: np.ndarray, centre_px: np.ndarray, unit_px: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        spectrum = self._spectrum(image, centre_px, unit_px)
+    def _train(self, image: np.ndarray, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        spectrum = self._spectrum(image, pose)
         energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
         return self._wanted.conj() * spectrum.conj(), energy + self._config.regularisation
 
@@ -196,20 +197,24 @@ class CorrelationFilter:
         space = np.fft.irfft2(quotient, (self._rows, self._columns))
         return np.fft.rfft2(space * (self._gain * self._mask))
 
-    def _spectrum(self, image: np.ndarray, centre_px: np.ndarray, unit_px: float) -> np.ndarray:
-        """(channels, rows, columns // 2 + 1) of the tapered features around `centre_px`."""
-        size = (self._columns * _CELL_PX, self._rows * _CELL_PX)
-        scale = self._window_units * unit_px / size
-        corner = np.asarray(centre_px) - 0.5 * (np.array(size) - 1) * scale
-        to_image = np.array([[scale[0], 0, corner[0]], [0, scale[1], corner[1]]])
+    def _spectrum(self, image: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """(channels, rows, columns // 2 + 1) of the tapered features around `pose`."""
+        size = np.array([self._columns, self._rows]) * _CELL_PX
+        to_image = pose @ _from_grid(self._window_units / size, 0.5 * (size - 1))
         patch = cv2.warpAffine(
             image,
-            to_image,
-            size,
+            to_image[:2],
+            size.tolist(),
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_REPLICATE,
         )
         return np.fft.rfft2(features(patch) * self._taper)
+
+
+def _from_grid(step: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """(3, 3) from column and row to coordinates with `step` (2,) between them, 0 at `middle`."""
+    x, y = -step * middle
+    return np.array([[step[0], 0, x], [0, step[1], y], [0, 0, 1.0]])
 
 
 def features(patch: np.ndarray) -> np.ndarray:

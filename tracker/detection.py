@@ -16,6 +16,7 @@ import numpy as np
 
 from tracker import aff2
 from tracker.checks import require_count, require_share
+from tracker.gauss_newton import climb
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
 from tracker.template import Template
@@ -122,7 +123,7 @@ class TemplateDetector:
         warps = self._candidates(image, visibility)
         coarse, fine = (self._observe(level, image, visibility) for level in self._levels)
         for observation in (coarse, fine):
-            warps = _gauss_newton(observation, warps, self._config.iterations)
+            warps = climb(observation, warps, self._config.iterations)
         return self._choose(warps, fine)
 
     def _observe(
@@ -231,18 +232,6 @@ def _rotated(
     values = picture - (picture * mask).sum() / mask.sum()
     values *= mask
     return values / math.sqrt((values**2).sum() / mask.sum()), mask
-
-
-def _gauss_newton(
-    observation: TemplateObservation, warps: np.ndarray, iterations: int
-) -> np.ndarray:
-    """(k, 3, 3) warps moved to the nearest maxima of the likelihood."""
-    for _ in range(iterations):
-        gradient, information = observation.linearise(warps)
-        damped = information + 30.0 * np.eye(6)
-        step = np.linalg.solve(damped, gradient[..., None])[..., 0]
-        warps = aff2.perturb(warps, np.clip(np.nan_to_num(step), -0.3, 0.3))
-    return warps
 
 
 def _fast_size(n: int) -> int:

@@ -25,6 +25,7 @@ from tracker.correlation import (
     ResponsePyramid,
 )
 from tracker.filter import FilterConfig, FilterEstimate, ParticleFilter
+from tracker.gauss_newton import climb
 from tracker.likelihood import LikelihoodConfig, PyramidObservation, TemplateObservation
 from tracker.matching import Layers
 from tracker.redetection import LossMonitor, RedetectionConfig, whole_image_response
@@ -47,6 +48,8 @@ class GuideConfig:
     """Share of particles that start where the scores send them, not from their own prediction."""
     weight: float = 75.0
     """Log-likelihood that a score of 1 is worth, and sharpness of the places drawn."""
+    is_turning: bool = True
+    """Whether the window turns with the target; if not it stays upright."""
 
     def __post_init__(self) -> None:
         require_share(self, "jump_share")
@@ -80,6 +83,9 @@ class BoxTrackerConfig:
     """A correlation filter beside the template; None: the template alone."""
     redetection: RedetectionConfig | None = None
     """How to find a lost target again; None: it is never given up, nor looked for."""
+    refinements: int = 0
+    """Gauss-Newton steps from the filter's estimate uphill on the likelihood; they count where the
+    template then fits better. Takes the particles' noise out of the answer."""
     reach: float = 2.5
     """Half a side of the window in template units."""
     tracking_ncc: float = 0.5
@@ -88,6 +94,8 @@ class BoxTrackerConfig:
     def __post_init__(self) -> None:
         require_positive(self, "reach")
         require_share(self, "tracking_ncc")
+        if self.refinements < 0:
+            raise ValueError(f"refinements must be 0 or greater, got {self.refinements}")
         levels = len(self.appearance.blurs)
         if levels > 1 and levels != self.filter.iterations:
             raise ValueError(
@@ -115,7 +123,7 @@ class ParticleBoxTracker:
         if not (np.isfinite(box).all() and w >= 1 and h >= 1):
             raise ValueError(f"box must have an area, got {w:g} x {h:g} px")
         self._warp = warp_of_box(box)
-        window = self._look(image, self._warp[:2, 2])
+        window = self._cut(image, self._warp[:2, 2])
         looks = config.appearance
         self._appearances = [Appearance(looks, blur, window, box) for blur in looks.blurs]
         self._sigma = config.likelihood.initial_sigma
@@ -125,7 +133,7 @@ class ParticleBoxTracker:
             self._correlation = CorrelationFilter(
                 config.guide.correlation, size, config.guide.resolution
             )
-            self._correlation.start(image, self._warp[:2, 2], self._unit_px)
+            self._correlation.start(image, self._pose)
         if config.redetection is not None:
             self._loss = LossMonitor(config.redetection, self._warp)
 
@@ -133,14 +141,11 @@ class ParticleBoxTracker:
         """See `BoxTracker`."""
         if not self._appearances:
             raise ValueError("update() before start()")
-        if self._loss is not None and self._loss.is_lost:
-            window, layers, estimate = self._search(image)
-        else:
-            window, layers, estimate = self._follow(image)
+        is_lost = self._loss is not None and self._loss.is_lost
+        view, estimate = self._search(image) if is_lost else self._follow(image)
         if aff2.is_valid(estimate.warp):
-            self._warp = estimate.warp
-        warp = window.to_window @ self._warp
-        fits = [look.fit(each, warp) for look, each in zip(self._appearances, layers, strict=True)]
+            self._warp = self._refined(view, estimate.warp)
+        fits = self._fits(view, self._warp)
         self._learn(image, fits)
         return self._report(estimate, fits[-1])
 
@@ -150,54 +155,76 @@ class ParticleBoxTracker:
         return math.sqrt(abs(float(np.linalg.det(self._warp[:2, :2]))))
 
     @property
+    def _pose(self) -> np.ndarray:
+        """(3, 3) similarity of the present warp: what the guide knows of it."""
+        guide = self._config.guide
+        scale, _, angle_rad, *_ = aff2.polar(self._warp)
+        is_turning = guide is not None and guide.is_turning
+        return aff2.similarity(math.exp(scale), angle_rad if is_turning else 0.0, self._warp[:2, 2])
+
+    @property
     def _template(self) -> Template:
         """The finest one."""
         return self._appearances[-1].matcher.template
 
-    def _follow(self, image: np.ndarray) -> tuple[Window, list[Layers], FilterEstimate]:
+    def _follow(self, image: np.ndarray) -> tuple[_View, FilterEstimate]:
         """Looks around the last place."""
         guide = self._config.guide
         if self._correlation is None or guide is None:
-            window = self._look(image, self._warp[:2, 2])
-            layers, observation = self._observe(window)
-            return window, layers, self._filter.step(observation, _FRAME)
-        response = self._correlation.search(image, self._warp[:2, 2], self._unit_px)
-        window = self._look(image, response.best.peak_px)
-        layers, observation = self._observe(window)
-        guided = _GuidedObservation(observation, response, guide.weight)
+            view = self._look(image, self._warp[:2, 2])
+            return view, self._filter.step(view.observation, _FRAME)
+        response = self._correlation.search(image, self._pose)
+        view = self._look(image, response.best.peak_px)
+        guided = _GuidedObservation(view.observation, response, guide.weight)
         places = self._draw_places(response.best, guide.jump_share, guide.weight)
-        return window, layers, self._filter.step(guided, _FRAME, places)
+        return view, self._filter.step(guided, _FRAME, places)
 
-    def _search(self, image: np.ndarray) -> tuple[Window, list[Layers], FilterEstimate]:
+    def _search(self, image: np.ndarray) -> tuple[_View, FilterEstimate]:
         """Looks everywhere for the target as it was when it was last seen."""
         config = self._config.redetection
         assert config is not None
         assert self._loss is not None
         self._warp = self._loss.last_good_warp
         self._filter.start(self._warp)
-        window = self._look(image, self._warp[:2, 2], everywhere=True)
-        layers, observation = self._observe(window)
+        view = self._look(image, self._warp[:2, 2], everywhere=True)
         blur = self._config.appearance.blurs[-1]
         response = whole_image_response(
             image, self._template, blur, self._unit_px, config.resolution
         )
         places = self._draw_places(response, config.share, config.sharpness)
-        return window, layers, self._filter.step(observation, _FRAME, places)
+        return view, self._filter.step(view.observation, _FRAME, places)
 
-    def _look(self, image: np.ndarray, centre_px: np.ndarray, everywhere: bool = False) -> Window:
+    def _cut(self, image: np.ndarray, centre_px: np.ndarray, everywhere: bool = False) -> Window:
         config = self._config
         reach = math.hypot(*image.shape[:2]) / self._unit_px if everywhere else config.reach
         return cut_window(image, centre_px, self._unit_px, reach, config.appearance.grid)
 
-    def _observe(self, window: Window) -> tuple[list[Layers], WindowObservation]:
-        """What each appearance sees in the window, and the observation of them together."""
+    def _look(self, image: np.ndarray, centre_px: np.ndarray, everywhere: bool = False) -> _View:
+        """What the appearances see around a place, or everywhere."""
+        window = self._cut(image, centre_px, everywhere)
         layers = [look.layers(window) for look in self._appearances]
         levels = [
             TemplateObservation(look.matcher, each, self._config.likelihood, self._sigma)
             for look, each in zip(self._appearances, layers, strict=True)
         ]
         observation = levels[0] if len(levels) == 1 else PyramidObservation(tuple(levels))
-        return layers, WindowObservation(observation, window.to_window)
+        return _View(window, layers, WindowObservation(observation, window.to_window))
+
+    def _refined(self, view: _View, warp: np.ndarray) -> np.ndarray:
+        """The nearest maximum of the likelihood, if the template fits better there."""
+        if self._config.refinements == 0:
+            return warp
+        refined = climb(view.observation, warp[None], self._config.refinements)[0]
+        if not aff2.is_valid(refined):
+            return warp
+        before, after = (self._fits(view, X)[-1].ncc for X in (warp, refined))
+        return refined if after > before else warp
+
+    def _fits(self, view: _View, warp: np.ndarray) -> list[Fit]:
+        """How each appearance matches under a warp (3, 3) of the image."""
+        in_window = view.window.to_window @ warp
+        pairs = zip(self._appearances, view.layers, strict=True)
+        return [look.fit(layers, in_window) for look, layers in pairs]
 
     def _draw_places(self, response: Response, share: float, sharpness: float) -> np.ndarray:
         count = round(share * self._config.filter.particle_count)
@@ -217,7 +244,7 @@ class ParticleBoxTracker:
             if self._loss.is_lost:
                 return
         if self._correlation is not None:
-            self._correlation.learn(image, self._warp[:2, 2], self._unit_px)
+            self._correlation.learn(image, self._pose)
 
     def _report(self, estimate: FilterEstimate, fit: Fit) -> BoxEstimate:
         affine = WarpEstimate(
@@ -237,6 +264,16 @@ class ParticleBoxTracker:
         if self._loss is not None and self._loss.is_lost:
             return Status.LOST
         return Status.TRACKING if ncc >= self._config.tracking_ncc else Status.UNCERTAIN
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """Part of an image, as the appearances see it."""
+
+    window: Window
+    layers: list[Layers]
+    """One for each appearance."""
+    observation: WindowObservation
 
 
 @dataclass(frozen=True, eq=False)

@@ -83,6 +83,5 @@ def whole_image_response(
     picture = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
     scores = cv2.matchTemplate(small, picture, cv2.TM_CCOEFF_NORMED)
     scores = np.nan_to_num(scores, nan=0.0, posinf=0.0, neginf=0.0)
-    cell_px = np.array([1.0 / zoom_x, 1.0 / zoom_y])
-    origin_px = 0.5 * np.array([width, height]) * cell_px - 0.5
-    return Response(scores, origin_px, cell_px)
+    x, y = 0.5 * width / zoom_x - 0.5, 0.5 * height / zoom_y - 0.5
+    return Response(scores, np.array([[1 / zoom_x, 0, x], [0, 1 / zoom_y, y], [0, 0, 1.0]]))

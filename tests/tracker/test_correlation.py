@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import videos
 
+from tracker import aff2
 from tracker.box_tracker import warp_of_box
 from tracker.correlation import (
     CorrelationConfig,
@@ -13,6 +14,7 @@ from tracker.correlation import (
 BOX = np.array([60.0, 50.0, *videos.SIZE_PX])
 START = warp_of_box(BOX)
 UNIT_PX = START[0, 0]
+TO_IMAGE = np.array([[2.0, 0, 10.0], [0, 4.0, 20.0], [0, 0, 1.0]])
 
 
 def shifted(by):
@@ -25,12 +27,12 @@ def test_the_peak_lies_where_the_target_went(by):
     tracker = CorrelationFilter(
         CorrelationConfig(), (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX), 48.0
     )
-    tracker.start(images[0], START[:2, 2], UNIT_PX)
-    response = tracker.respond(images[1], START[:2, 2], UNIT_PX)
+    tracker.start(images[0], START)
+    response = tracker.respond(images[1], START)
     np.testing.assert_allclose(response.peak_px, START[:2, 2] + by, atol=1.5)
     assert response.peak > 0.3
-    tracker.learn(images[1], response.peak_px, UNIT_PX)
-    again = tracker.respond(images[1], START[:2, 2], UNIT_PX)
+    tracker.learn(images[1], shifted(response.peak_px - START[:2, 2]))
+    again = tracker.respond(images[1], START)
     np.testing.assert_allclose(again.peak_px, START[:2, 2] + by, atol=1.5)
 
 
@@ -39,9 +41,24 @@ def test_the_score_of_the_target_as_learnt_is_one():
     size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
     for support in (1.0, 1.5, 3.0):
         tracker = CorrelationFilter(CorrelationConfig(support=support), size, 32.0)
-        tracker.start(image, START[:2, 2], UNIT_PX)
-        again = tracker.respond(image, START[:2, 2], UNIT_PX)
+        tracker.start(image, START)
+        again = tracker.respond(image, START)
         assert again.peak == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_window_that_turns_with_the_target_sees_it_as_learnt():
+    """By 60 degrees and 9 px: the scores are laid over the image as the window lies in it."""
+    turned = START @ aff2.similarity(1.0, np.radians(60), np.zeros(2))
+    turned[:2, 2] += (7.0, -5.0)
+    images = videos.film([START, turned])
+    size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
+    tracker = CorrelationFilter(CorrelationConfig(), size, 48.0)
+    tracker.start(images[0], START)
+    pose = turned.copy()
+    pose[:2, 2] = START[:2, 2]
+    response = tracker.respond(images[1], pose)
+    np.testing.assert_allclose(response.peak_px, turned[:2, 2], atol=1.5)
+    assert response.peak > 2 * tracker.respond(images[1], START).peak
 
 
 def test_ground_that_stays_does_not_hold_the_score_where_the_target_was():
@@ -51,15 +68,15 @@ def test_ground_that_stays_does_not_hold_the_score_where_the_target_was():
     left = {}
     for support in (1.2, 3.5):
         tracker = CorrelationFilter(CorrelationConfig(support=support), size, 32.0)
-        tracker.start(images[0], places[0], UNIT_PX)
-        there_before, here = tracker.respond(images[1], places[0], UNIT_PX).at(places)
+        tracker.start(images[0], START)
+        there_before, here = tracker.respond(images[1], START).at(places)
         left[support] = there_before - here
     assert left[1.2] < 0.0 < left[3.5]
 
 
 def test_scores_between_cells_are_interpolated_and_nothing_lies_outside():
     scores = np.arange(12, dtype=np.float32).reshape(3, 4)
-    response = Response(scores, np.array([10.0, 20.0]), np.array([2.0, 4.0]))
+    response = Response(scores, TO_IMAGE)
     points = np.array([[10.0, 20.0], [13.0, 20.0], [12.0, 26.0], [100.0, 20.0]])
     np.testing.assert_allclose(response.at(points), [0.0, 1.5, 7.0, 0.0], atol=1e-5)
     np.testing.assert_allclose(response.peak_px, [16.0, 28.0])
@@ -68,7 +85,7 @@ def test_scores_between_cells_are_interpolated_and_nothing_lies_outside():
 def test_places_are_drawn_where_the_scores_are_high():
     scores = np.zeros((5, 7), np.float32)
     scores[1, 2], scores[4, 6] = 1.0, 0.9
-    response = Response(scores, np.array([10.0, 20.0]), np.array([2.0, 4.0]))
+    response = Response(scores, TO_IMAGE)
     places = response.draw(4000, 20.0, np.random.default_rng(0))
     at_first = np.abs(places - [14.0, 24.0]) <= [1.0, 2.0]
     at_second = np.abs(places - [22.0, 36.0]) <= [1.0, 2.0]
@@ -78,9 +95,7 @@ def test_places_are_drawn_where_the_scores_are_high():
 
 
 def test_scores_between_sizes_are_interpolated_and_the_last_hold_beyond():
-    levels = [
-        Response(np.full((3, 3), score, np.float32), np.zeros(2), np.ones(2)) for score in (1, 3, 2)
-    ]
+    levels = [Response(np.full((3, 3), score, np.float32), np.eye(3)) for score in (1, 3, 2)]
     pyramid = ResponsePyramid(tuple(levels), np.log([8.0, 10.0, 12.5]))
     assert pyramid.best is levels[1]
     sizes = np.log([5.0, 8.0, np.sqrt(80.0), 10.0, 12.5, 20.0])
@@ -94,8 +109,8 @@ def test_the_right_size_has_the_largest_score(growth, level):
     images = videos.film([START, START @ np.diag([growth, growth, 1.0])])
     size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
     tracker = CorrelationFilter(CorrelationConfig(scales=3, scale_step=1.1), size, 48.0)
-    tracker.start(images[0], START[:2, 2], UNIT_PX)
-    pyramid = tracker.search(images[1], START[:2, 2], UNIT_PX)
+    tracker.start(images[0], START)
+    pyramid = tracker.search(images[1], START)
     assert pyramid.best is pyramid.levels[level]
 
 
