@@ -25,10 +25,10 @@ from tracker.correlation import (
     ResponsePyramid,
 )
 from tracker.filter import FilterConfig, FilterEstimate, ParticleFilter
-from tracker.gauss_newton import climb
 from tracker.likelihood import LikelihoodConfig, PyramidObservation, TemplateObservation
 from tracker.matching import Layers
 from tracker.redetection import LossMonitor, RedetectionConfig, whole_image_response
+from tracker.refinement import Refinement, RefinementConfig
 from tracker.resampling import CombinationConfig
 from tracker.template import Template
 from tracker.window import Window, WindowObservation, cut_window
@@ -83,9 +83,8 @@ class BoxTrackerConfig:
     """A correlation filter beside the template; None: the template alone."""
     redetection: RedetectionConfig | None = None
     """How to find a lost target again; None: it is never given up, nor looked for."""
-    refinements: int = 0
-    """Gauss-Newton steps from the filter's estimate uphill on the likelihood; they count where the
-    template then fits better. Takes the particles' noise out of the answer."""
+    refinement: RefinementConfig | None = None
+    """How the filter's estimate is made exact; None: it is the answer."""
     reach: float = 2.5
     """Half a side of the window in template units."""
     tracking_ncc: float = 0.5
@@ -94,8 +93,6 @@ class BoxTrackerConfig:
     def __post_init__(self) -> None:
         require_positive(self, "reach")
         require_share(self, "tracking_ncc")
-        if self.refinements < 0:
-            raise ValueError(f"refinements must be 0 or greater, got {self.refinements}")
         levels = len(self.appearance.blurs)
         if levels > 1 and levels != self.filter.iterations:
             raise ValueError(
@@ -115,6 +112,7 @@ class ParticleBoxTracker:
         self._appearances: list[Appearance] = []
         self._correlation: CorrelationFilter | None = None
         self._loss: LossMonitor | None = None
+        self._refinement: Refinement | None = None
 
     def start(self, image: np.ndarray, box: np.ndarray) -> None:
         """See `BoxTracker`."""
@@ -134,6 +132,8 @@ class ParticleBoxTracker:
                 config.guide.correlation, size, config.guide.resolution
             )
             self._correlation.start(image, self._pose)
+        if config.refinement is not None:
+            self._refinement = Refinement(config.refinement, looks, config.likelihood, window, box)
         if config.redetection is not None:
             self._loss = LossMonitor(config.redetection, self._warp)
 
@@ -144,7 +144,9 @@ class ParticleBoxTracker:
         is_lost = self._loss is not None and self._loss.is_lost
         view, estimate = self._search(image) if is_lost else self._follow(image)
         if aff2.is_valid(estimate.warp):
-            self._warp = self._refined(view, estimate.warp)
+            self._warp = estimate.warp
+            if self._refinement is not None:
+                self._warp = self._refinement.refine(view.window, self._warp, self._sigma)
         fits = self._fits(view, self._warp)
         self._learn(image, fits)
         return self._report(estimate, fits[-1])
@@ -209,16 +211,6 @@ class ParticleBoxTracker:
         ]
         observation = levels[0] if len(levels) == 1 else PyramidObservation(tuple(levels))
         return _View(window, layers, WindowObservation(observation, window.to_window))
-
-    def _refined(self, view: _View, warp: np.ndarray) -> np.ndarray:
-        """The nearest maximum of the likelihood, if the template fits better there."""
-        if self._config.refinements == 0:
-            return warp
-        refined = climb(view.observation, warp[None], self._config.refinements)[0]
-        if not aff2.is_valid(refined):
-            return warp
-        before, after = (self._fits(view, X)[-1].ncc for X in (warp, refined))
-        return refined if after > before else warp
 
     def _fits(self, view: _View, warp: np.ndarray) -> list[Fit]:
         """How each appearance matches under a warp (3, 3) of the image."""
