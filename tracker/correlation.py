@@ -18,6 +18,8 @@ from tracker.histogram_loops import orientation_histograms
 
 _CELL_PX = 4
 _BINS = 9
+_FARTHEST = 200
+"""Cells from the last place to the border of a search in the whole image."""
 _LEAST_SCORE = 0.05
 """No filter is amplified beyond what makes this a one: a target without edges scores nothing."""
 
@@ -111,6 +113,11 @@ class ResponsePyramid:
         """The level with the largest score."""
         return max(self.levels, key=lambda level: level.peak)
 
+    @property
+    def middle(self) -> Response:
+        """The level of the size that was expected."""
+        return self.levels[len(self.levels) // 2]
+
     def at(self, points_px: np.ndarray, log_units: np.ndarray) -> np.ndarray:
         """(n,) scores at points (n, 2) for sizes (n,), linear between levels.
 
@@ -133,19 +140,16 @@ class CorrelationFilter:
     ) -> None:
         """`size` is the target's width and height in template units, `unit_px` the resolution."""
         self._config = config
-        cells = [max(8, round(config.padding * side * unit_px / _CELL_PX)) for side in size]
-        self._columns, self._rows = cells
-        self._window_units = np.array(cells) * _CELL_PX / unit_px
-        self._taper = np.outer(
-            np.hanning(self._rows + 2)[1:-1], np.hanning(self._columns + 2)[1:-1]
-        )
+        columns, rows = (max(8, round(config.padding * side * unit_px / _CELL_PX)) for side in size)
+        self._shape = rows, columns
+        self._cell_units = _CELL_PX / unit_px
+        self._taper = np.outer(np.hanning(rows + 2)[1:-1], np.hanning(columns + 2)[1:-1])
         sigma = config.target_width * unit_px / _CELL_PX
-        self._wanted = np.fft.rfft2(_gaussian(self._rows, self._columns, sigma)).conj()
-        cells_of_target = np.array([self._rows, self._columns]) / config.padding
-        reach = 0.5 * config.support * cells_of_target
-        self._mask = np.outer(
-            _plateau(self._rows, reach[0]), _plateau(self._columns, reach[1])
-        ).astype(np.float32)
+        self._wanted = np.fft.rfft2(_gaussian(rows, columns, sigma)).conj()
+        reach = 0.5 * config.support * np.array(self._shape) / config.padding
+        self._mask = np.outer(_plateau(rows, reach[0]), _plateau(columns, reach[1])).astype(
+            np.float32
+        )
         self._numerator = self._denominator = self._filter = np.zeros(0)
         self._gain = 1.0
 
@@ -172,19 +176,43 @@ class CorrelationFilter:
         levels = [
             self.respond(image, pose @ np.diag([math.exp(g), math.exp(g), 1.0])) for g in growths
         ]
-        log_unit = 0.5 * math.log(np.linalg.det(pose[:2, :2]))
-        return ResponsePyramid(tuple(levels), log_unit + growths)
+        return ResponsePyramid(tuple(levels), _log_unit(pose) + growths)
+
+    def respond_everywhere(self, image: np.ndarray, pose: np.ndarray) -> Response:
+        """Scores in the whole image for the size and the turn of `pose`.
+
+        Its cells lie anywhere on the target, so a score is lower than where the window is centred.
+        """
+        height, width = image.shape[:2]
+        corners = np.array([[0, width, 0, width], [0, 0, height, height]]) - 0.5
+        to_pose = np.linalg.inv(pose)
+        places = (to_pose[:2, :2] @ corners + to_pose[:2, 2:]) / self._cell_units
+        places = np.clip(places, -_FARTHEST, _FARTHEST)
+        low, high = np.floor(places.min(axis=1)), np.ceil(places.max(axis=1))
+        own = np.array(self._shape[::-1])
+        margin = np.maximum(np.ceil(0.5 * (high - low - own)), 0).astype(int)
+        (x, y), (columns, rows) = margin, own + 2 * margin
+        kernel = np.pad(np.fft.irfft2(self._filter, self._shape), ((0, 0), (y, y), (x, x)))
+        middle = np.eye(3)
+        middle[:2, 2] = 0.5 * (low + high) * self._cell_units
+        return self._respond(image, pose @ middle, np.fft.rfft2(kernel), np.ones((rows, columns)))
 
     def respond(self, image: np.ndarray, pose: np.ndarray) -> Response:
         """Scores in a window around `pose`, turned as it is."""
-        spectrum = self._spectrum(image, pose)
-        scores = np.fft.irfft2((self._filter * spectrum).sum(axis=0), (self._rows, self._columns))
+        return self._respond(image, pose, self._filter, self._taper)
+
+    def _respond(
+        self, image: np.ndarray, pose: np.ndarray, spectrum: np.ndarray, taper: np.ndarray
+    ) -> Response:
+        scores = np.fft.irfft2(
+            (spectrum * self._spectrum(image, pose, taper)).sum(axis=0), taper.shape
+        )
         scores = np.fft.fftshift(scores).astype(np.float32)
-        cells = np.array([self._columns, self._rows])
-        return Response(scores, pose @ _from_grid(self._window_units / cells, cells // 2))
+        middle = np.array(taper.shape[::-1]) // 2
+        return Response(scores, pose @ _from_grid(self._cell_units, middle))
 
     def _train(self, image: np.ndarray, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        spectrum = self._spectrum(image, pose)
+        spectrum = self._spectrum(image, pose, self._taper)
         energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
         return self._wanted.conj() * spectrum.conj(), energy + self._config.regularisation
 
@@ -194,13 +222,13 @@ class CorrelationFilter:
         What the cut takes from the score of the target on the first image, the gain gives back.
         """
         quotient = self._numerator / self._denominator
-        space = np.fft.irfft2(quotient, (self._rows, self._columns))
+        space = np.fft.irfft2(quotient, self._shape)
         return np.fft.rfft2(space * (self._gain * self._mask))
 
-    def _spectrum(self, image: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """(channels, rows, columns // 2 + 1) of the tapered features around `pose`."""
-        size = np.array([self._columns, self._rows]) * _CELL_PX
-        to_image = pose @ _from_grid(self._window_units / size, 0.5 * (size - 1))
+    def _spectrum(self, image: np.ndarray, pose: np.ndarray, taper: np.ndarray) -> np.ndarray:
+        """(channels, rows, columns // 2 + 1) of the features around `pose` times the taper."""
+        size = np.array(taper.shape[::-1]) * _CELL_PX
+        to_image = pose @ _from_grid(self._cell_units / _CELL_PX, 0.5 * (size - 1))
         patch = cv2.warpAffine(
             image,
             to_image[:2],
@@ -208,13 +236,18 @@ class CorrelationFilter:
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_REPLICATE,
         )
-        return np.fft.rfft2(features(patch) * self._taper)
+        return np.fft.rfft2(features(patch) * taper)
 
 
-def _from_grid(step: np.ndarray, middle: np.ndarray) -> np.ndarray:
-    """(3, 3) from column and row to coordinates with `step` (2,) between them, 0 at `middle`."""
+def _from_grid(step: float, middle: np.ndarray) -> np.ndarray:
+    """(3, 3) from column and row to coordinates with `step` between them, 0 at `middle` (2,)."""
     x, y = -step * middle
-    return np.array([[step[0], 0, x], [0, step[1], y], [0, 0, 1.0]])
+    return np.array([[step, 0, x], [0, step, y], [0, 0, 1.0]])
+
+
+def _log_unit(pose: np.ndarray) -> float:
+    """Logarithm of the template unit in pixels."""
+    return 0.5 * math.log(np.linalg.det(pose[:2, :2]))
 
 
 def features(patch: np.ndarray) -> np.ndarray:

@@ -1,15 +1,15 @@
 """A particle filter on Aff(2) behind the interface of video trackers.
 
 The template is cut from the first box, compared inside a window around the last estimate, and
-follows slow changes. A correlation filter may guide: some particles then start where its scores are
-high, and the scores enter the weights, as detections do in boosted particle filters [Okuma2004].
+follows slow changes. A correlation filter may guide, a lost target may be looked for, and the
+estimate may be refined.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,13 +18,8 @@ from tracker.appearance import Appearance, AppearanceConfig, Fit
 from tracker.base import Status, WarpEstimate
 from tracker.box_tracker import BoxEstimate, box_of_warp, warp_of_box
 from tracker.checks import require_positive, require_share
-from tracker.correlation import (
-    CorrelationConfig,
-    CorrelationFilter,
-    Response,
-    ResponsePyramid,
-)
 from tracker.filter import FilterConfig, FilterEstimate, ParticleFilter
+from tracker.guide import Guidance, Guide, GuideConfig
 from tracker.likelihood import LikelihoodConfig, PyramidObservation, TemplateObservation
 from tracker.matching import Layers
 from tracker.redetection import LossMonitor, RedetectionConfig, whole_image_response
@@ -35,25 +30,6 @@ from tracker.window import Window, WindowObservation, cut_window
 
 _FRAME = 1.0
 """Step of the filter's clock: video benchmarks tell no time, so noise rates are per image."""
-
-
-@dataclass(frozen=True)
-class GuideConfig:
-    """How much a correlation filter decides."""
-
-    correlation: CorrelationConfig = field(default_factory=CorrelationConfig)
-    resolution: float = 32.0
-    """Pixels to a template unit in the correlation filter's window."""
-    jump_share: float = 0.5
-    """Share of particles that start where the scores send them, not from their own prediction."""
-    weight: float = 75.0
-    """Log-likelihood that a score of 1 is worth, and sharpness of the places drawn."""
-    is_turning: bool = True
-    """Whether the window turns with the target; if not it stays upright."""
-
-    def __post_init__(self) -> None:
-        require_share(self, "jump_share")
-        require_positive(self, "resolution", "weight")
 
 
 VIDEO_FILTER = FilterConfig(
@@ -110,7 +86,7 @@ class ParticleBoxTracker:
         self._sigma = config.likelihood.initial_sigma
         self._warp = np.eye(3)
         self._appearances: list[Appearance] = []
-        self._correlation: CorrelationFilter | None = None
+        self._guide: Guide | None = None
         self._loss: LossMonitor | None = None
         self._refinement: Refinement | None = None
 
@@ -127,11 +103,7 @@ class ParticleBoxTracker:
         self._sigma = config.likelihood.initial_sigma
         self._filter.start(self._warp)
         if config.guide is not None:
-            size = self._template.size
-            self._correlation = CorrelationFilter(
-                config.guide.correlation, size, config.guide.resolution
-            )
-            self._correlation.start(image, self._pose)
+            self._guide = Guide(config.guide, self._template.size, image, self._warp)
         if config.refinement is not None:
             self._refinement = Refinement(config.refinement, looks, config.likelihood, window, box)
         if config.redetection is not None:
@@ -141,15 +113,22 @@ class ParticleBoxTracker:
         """See `BoxTracker`."""
         if not self._appearances:
             raise ValueError("update() before start()")
-        is_lost = self._loss is not None and self._loss.is_lost
-        view, estimate = self._search(image) if is_lost else self._follow(image)
+        view, places = self._everywhere(image) if self._is_lost else self._nearby(image)
+        estimate = self._filter.step(view, _FRAME, places)
         if aff2.is_valid(estimate.warp):
             self._warp = estimate.warp
             if self._refinement is not None:
                 self._warp = self._refinement.refine(view.window, self._warp, self._sigma)
         fits = self._fits(view, self._warp)
-        self._learn(image, fits)
+        if self._loss is not None:
+            self._loss.note(view.confidence(self._warp, fits[-1].ncc), self._warp)
+        if self._loss is None or not self._loss.is_missed:
+            self._learn(image, fits)
         return self._report(estimate, fits[-1])
+
+    @property
+    def _is_lost(self) -> bool:
+        return self._loss is not None and self._loss.is_lost
 
     @property
     def _unit_px(self) -> float:
@@ -157,44 +136,36 @@ class ParticleBoxTracker:
         return math.sqrt(abs(float(np.linalg.det(self._warp[:2, :2]))))
 
     @property
-    def _pose(self) -> np.ndarray:
-        """(3, 3) similarity of the present warp: what the guide knows of it."""
-        guide = self._config.guide
-        scale, _, angle_rad, *_ = aff2.polar(self._warp)
-        is_turning = guide is not None and guide.is_turning
-        return aff2.similarity(math.exp(scale), angle_rad if is_turning else 0.0, self._warp[:2, 2])
-
-    @property
     def _template(self) -> Template:
         """The finest one."""
         return self._appearances[-1].matcher.template
 
-    def _follow(self, image: np.ndarray) -> tuple[_View, FilterEstimate]:
-        """Looks around the last place."""
-        guide = self._config.guide
-        if self._correlation is None or guide is None:
-            view = self._look(image, self._warp[:2, 2])
-            return view, self._filter.step(view.observation, _FRAME)
-        response = self._correlation.search(image, self._pose)
-        view = self._look(image, response.best.peak_px)
-        guided = _GuidedObservation(view.observation, response, guide.weight)
-        places = self._draw_places(response.best, guide.jump_share, guide.weight)
-        return view, self._filter.step(guided, _FRAME, places)
+    def _nearby(self, image: np.ndarray) -> tuple[_View, np.ndarray | None]:
+        """What is seen around the last place, and where particles should start."""
+        if self._guide is None:
+            return self._look(image, self._warp[:2, 2]), None
+        guidance = self._guide.search(image, self._warp)
+        view = replace(self._look(image, guidance.best_px), guidance=guidance)
+        return view, guidance.draw_places(self._config.filter.particle_count, self._rng)
 
-    def _search(self, image: np.ndarray) -> tuple[_View, FilterEstimate]:
-        """Looks everywhere for the target as it was when it was last seen."""
+    def _everywhere(self, image: np.ndarray) -> tuple[_View, np.ndarray | None]:
+        """The same of the whole image, for the target as it was when it was last seen."""
         config = self._config.redetection
         assert config is not None
         assert self._loss is not None
-        self._warp = self._loss.last_good_warp
+        self._warp = self._loss.last_good_warp.copy()
+        if self._guide is not None:
+            self._warp[:2, 2] = self._guide.find(image, self._warp)
+            self._filter.start(self._warp)
+            return self._nearby(image)
         self._filter.start(self._warp)
         view = self._look(image, self._warp[:2, 2], everywhere=True)
         blur = self._config.appearance.blurs[-1]
         response = whole_image_response(
             image, self._template, blur, self._unit_px, config.resolution
         )
-        places = self._draw_places(response, config.share, config.sharpness)
-        return view, self._filter.step(view.observation, _FRAME, places)
+        count = round(config.share * self._config.filter.particle_count)
+        return view, response.draw(count, config.sharpness, self._rng)
 
     def _cut(self, image: np.ndarray, centre_px: np.ndarray, everywhere: bool = False) -> Window:
         config = self._config
@@ -218,10 +189,6 @@ class ParticleBoxTracker:
         pairs = zip(self._appearances, view.layers, strict=True)
         return [look.fit(layers, in_window) for look, layers in pairs]
 
-    def _draw_places(self, response: Response, share: float, sharpness: float) -> np.ndarray:
-        count = round(share * self._config.filter.particle_count)
-        return response.draw(count, sharpness, self._rng)
-
     def _learn(self, image: np.ndarray, fits: Sequence[Fit]) -> None:
         """Noise from the residual, 2 (1 - ncc) of normalised patches; looks from the patches."""
         likelihood, ncc = self._config.likelihood, fits[-1].ncc
@@ -231,12 +198,10 @@ class ParticleBoxTracker:
         self._sigma = float(np.clip(sigma, likelihood.sigma_floor, likelihood.sigma_ceiling))
         for look, fit in zip(self._appearances, fits, strict=True):
             look.learn(fit)
-        if self._loss is not None:
-            self._loss.note(ncc, self._warp)
-            if self._loss.is_lost:
-                return
-        if self._correlation is not None:
-            self._correlation.learn(image, self._pose)
+        if self._refinement is not None:
+            self._refinement.learn()
+        if self._guide is not None:
+            self._guide.learn(image, self._warp)
 
     def _report(self, estimate: FilterEstimate, fit: Fit) -> BoxEstimate:
         affine = WarpEstimate(
@@ -253,39 +218,29 @@ class ParticleBoxTracker:
         return BoxEstimate(box_of_warp(self._warp, self._template.size), affine)
 
     def _status(self, ncc: float) -> Status:
-        if self._loss is not None and self._loss.is_lost:
+        if self._is_lost:
             return Status.LOST
         return Status.TRACKING if ncc >= self._config.tracking_ncc else Status.UNCERTAIN
 
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """Part of an image, as the appearances see it."""
+    """Part of an image, as the appearances and perhaps a guide see it; an `Observation`."""
 
     window: Window
     layers: list[Layers]
     """One for each appearance."""
-    observation: WindowObservation
-
-
-@dataclass(frozen=True, eq=False)
-class _GuidedObservation:
-    """An observation whose likelihood also counts the correlation filter's scores."""
-
-    inner: WindowObservation
-    response: ResponsePyramid
-    weight: float
+    looks: WindowObservation
+    """What the appearances say."""
+    guidance: Guidance | None = None
 
     def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
-        scores = np.maximum(self.response.at(warps[:, :2, 2], _log_units(warps)), 0.0)
-        return self.inner.log_likelihood(warps) + self.weight * scores
+        value = self.looks.log_likelihood(warps)
+        return value if self.guidance is None else value + self.guidance.log_likelihood(warps)
 
     def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        return self.inner.linearise(warps, iteration)
+        return self.looks.linearise(warps, iteration)
 
-
-def _log_units(warps: np.ndarray) -> np.ndarray:
-    """(n,) logarithm of the template unit under warps (n, 3, 3) [px]."""
-    A = warps[:, :2, :2]
-    det = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
-    return 0.5 * np.log(np.maximum(det, 1e-12))
+    def confidence(self, warp: np.ndarray, ncc: float) -> float:
+        """That the target is at `warp` (3, 3), 1 at best: the guide's score or else `ncc`."""
+        return ncc if self.guidance is None else float(self.guidance.scores(warp[None])[0])

@@ -1,7 +1,8 @@
-"""Finding a lost target again: the template against the whole image.
+"""Telling a lost target, and finding it again in the whole image.
 
-A tracker that follows one mode cannot come back by itself. When the match has been poor for some
-images, part of the particles start where the whole image looks like the template.
+A tracker that follows one mode cannot come back by itself, and what it learns of an image without
+the target it does not forget. What a confident match scores differs from target to target; so it
+is compared with its own average.
 """
 
 from __future__ import annotations
@@ -22,10 +23,14 @@ _LEAST_SIDE_PX = 4
 class RedetectionConfig:
     """When a target counts as lost and how it is looked for."""
 
-    lost_ncc: float = 0.3
-    """Correlation below which an image counts as missed."""
+    missed_share: float = 0.4
+    """Share of its average below which the confidence in an image says: not there."""
+    found_share: float = 0.6
+    """Share of its average from which a lost target counts as found again."""
     patience: int = 5
     """Missed images in a row after which the target is lost."""
+    memory: float = 0.95
+    """Share of the old average kept with each image that shows the target."""
     share: float = 0.5
     """Share of the particles of a lost target that start where the image looks like it."""
     sharpness: float = 20.0
@@ -34,7 +39,7 @@ class RedetectionConfig:
     """Pixels to a template unit in the search; an image is never enlarged for it."""
 
     def __post_init__(self) -> None:
-        require_share(self, "lost_ncc", "share")
+        require_share(self, "missed_share", "found_share", "memory", "share")
         require_count(self, "patience")
         require_positive(self, "sharpness", "resolution")
 
@@ -46,19 +51,29 @@ class LossMonitor:
         """Begins with the target at `warp` (3, 3)."""
         self._config = config
         self._missed = 0
+        self._average: float | None = None
         self.last_good_warp = warp
+
+    @property
+    def is_missed(self) -> bool:
+        """Whether the last image did not show the target."""
+        return self._missed > 0
 
     @property
     def is_lost(self) -> bool:
         """Whether the target was missed too often in a row."""
         return self._missed >= self._config.patience
 
-    def note(self, ncc: float, warp: np.ndarray) -> None:
-        """Takes the estimate (3, 3) in one image and the correlation there."""
-        if ncc < self._config.lost_ncc:
+    def note(self, confidence: float, warp: np.ndarray) -> None:
+        """Takes the estimate (3, 3) in one image and how well it matches there, 1 at best."""
+        config = self._config
+        average = confidence if self._average is None else self._average
+        share = config.found_share if self.is_lost else config.missed_share
+        if confidence < share * average:
             self._missed += 1
-        else:
-            self._missed, self.last_good_warp = 0, warp
+            return
+        self._missed, self.last_good_warp = 0, warp
+        self._average = config.memory * average + (1.0 - config.memory) * confidence
 
 
 def whole_image_response(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker import aff2
-from tracker.appearance import Appearance, AppearanceConfig
+from tracker.appearance import Appearance, AppearanceConfig, Fit
 from tracker.checks import require_count, require_positive
 from tracker.gauss_newton import climb
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
@@ -47,6 +47,7 @@ class Refinement:
         self._steps = config.steps
         self._likelihood = likelihood
         self._look = Appearance(looks, config.blur, window, box)
+        self._fit: Fit | None = None
 
     def refine(self, window: Window, warp: np.ndarray, sigma: float) -> np.ndarray:
         """The warp (3, 3) of the image where the template fits best, near that of the filter.
@@ -62,5 +63,10 @@ class Refinement:
             better = self._look.fit(layers, window.to_window @ refined)
             if better.ncc > fit.ncc:
                 warp, fit = refined, better
-        self._look.learn(fit)
+        self._fit = fit
         return warp
+
+    def learn(self) -> None:
+        """Follows what the last image showed."""
+        if self._fit is not None:
+            self._look.learn(self._fit)

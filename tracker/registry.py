@@ -9,13 +9,9 @@ from tracker.backproject import BackprojectConfig
 from tracker.baselines import BASELINES
 from tracker.detection import DetectionConfig
 from tracker.filter import FilterConfig
+from tracker.guide import GuideConfig
 from tracker.likelihood import LikelihoodConfig
-from tracker.particle_box_tracker import (
-    VIDEO_FILTER,
-    VIDEO_LIKELIHOOD,
-    BoxTrackerConfig,
-    GuideConfig,
-)
+from tracker.particle_box_tracker import VIDEO_FILTER, VIDEO_LIKELIHOOD, BoxTrackerConfig
 from tracker.template_tracker import StatusConfig
 
 

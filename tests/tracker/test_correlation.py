@@ -14,6 +14,7 @@ from tracker.correlation import (
 BOX = np.array([60.0, 50.0, *videos.SIZE_PX])
 START = warp_of_box(BOX)
 UNIT_PX = START[0, 0]
+SIZE = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
 TO_IMAGE = np.array([[2.0, 0, 10.0], [0, 4.0, 20.0], [0, 0, 1.0]])
 
 
@@ -24,9 +25,7 @@ def shifted(by):
 @pytest.mark.parametrize("by", [(0.0, 0.0), (7.0, -5.0), (-20.0, 12.0)])
 def test_the_peak_lies_where_the_target_went(by):
     images = videos.film([START, shifted(by)])
-    tracker = CorrelationFilter(
-        CorrelationConfig(), (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX), 48.0
-    )
+    tracker = CorrelationFilter(CorrelationConfig(), SIZE, 48.0)
     tracker.start(images[0], START)
     response = tracker.respond(images[1], START)
     np.testing.assert_allclose(response.peak_px, START[:2, 2] + by, atol=1.5)
@@ -38,9 +37,8 @@ def test_the_peak_lies_where_the_target_went(by):
 
 def test_the_score_of_the_target_as_learnt_is_one():
     image = videos.film([START])[0]
-    size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
     for support in (1.0, 1.5, 3.0):
-        tracker = CorrelationFilter(CorrelationConfig(support=support), size, 32.0)
+        tracker = CorrelationFilter(CorrelationConfig(support=support), SIZE, 32.0)
         tracker.start(image, START)
         again = tracker.respond(image, START)
         assert again.peak == pytest.approx(1.0, abs=1e-6)
@@ -51,8 +49,7 @@ def test_a_window_that_turns_with_the_target_sees_it_as_learnt():
     turned = START @ aff2.similarity(1.0, np.radians(60), np.zeros(2))
     turned[:2, 2] += (7.0, -5.0)
     images = videos.film([START, turned])
-    size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
-    tracker = CorrelationFilter(CorrelationConfig(), size, 48.0)
+    tracker = CorrelationFilter(CorrelationConfig(), SIZE, 48.0)
     tracker.start(images[0], START)
     pose = turned.copy()
     pose[:2, 2] = START[:2, 2]
@@ -61,13 +58,36 @@ def test_a_window_that_turns_with_the_target_sees_it_as_learnt():
     assert response.peak > 2 * tracker.respond(images[1], START).peak
 
 
+@pytest.mark.parametrize("turn_deg", [0.0, 35.0])
+@pytest.mark.parametrize("by", [(0.0, 0.0), (130.0, 90.0), (-20.0, 100.0)])
+def test_the_peak_in_the_whole_image_lies_where_the_target_went(by, turn_deg):
+    """With even and odd numbers of cells in the window."""
+    turned = START @ aff2.similarity(1.0, np.radians(turn_deg), np.zeros(2))
+    there = turned.copy()
+    there[:2, 2] += by
+    images = videos.film([turned, there])
+    for unit_px in (32.0, 33.5):
+        tracker = CorrelationFilter(CorrelationConfig(), SIZE, unit_px)
+        tracker.start(images[0], turned)
+        everywhere = tracker.respond_everywhere(images[1], turned)
+        np.testing.assert_allclose(everywhere.peak_px, there[:2, 2], atol=2.0)
+        assert everywhere.peak > 0.4
+
+
+def test_a_search_of_the_whole_image_stays_small_for_the_smallest_target():
+    image = videos.film([START])[0]
+    pose = aff2.similarity(0.5, 0.0, START[:2, 2])
+    tracker = CorrelationFilter(CorrelationConfig(), SIZE, 32.0)
+    tracker.start(image, pose)
+    assert max(tracker.respond_everywhere(image, pose).scores.shape) <= 402
+
+
 def test_ground_that_stays_does_not_hold_the_score_where_the_target_was():
-    size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
     images = videos.film([START, shifted((26.0, 10.0))])
     places = np.stack([START[:2, 2], START[:2, 2] + (26.0, 10.0)])
     left = {}
     for support in (1.2, 3.5):
-        tracker = CorrelationFilter(CorrelationConfig(support=support), size, 32.0)
+        tracker = CorrelationFilter(CorrelationConfig(support=support), SIZE, 32.0)
         tracker.start(images[0], START)
         there_before, here = tracker.respond(images[1], START).at(places)
         left[support] = there_before - here
@@ -107,8 +127,7 @@ def test_scores_between_sizes_are_interpolated_and_the_last_hold_beyond():
 @pytest.mark.parametrize(("growth", "level"), [(1 / 1.1, 0), (1.0, 1), (1.1, 2)])
 def test_the_right_size_has_the_largest_score(growth, level):
     images = videos.film([START, START @ np.diag([growth, growth, 1.0])])
-    size = (videos.SIZE_PX[0] / UNIT_PX, videos.SIZE_PX[1] / UNIT_PX)
-    tracker = CorrelationFilter(CorrelationConfig(scales=3, scale_step=1.1), size, 48.0)
+    tracker = CorrelationFilter(CorrelationConfig(scales=3, scale_step=1.1), SIZE, 48.0)
     tracker.start(images[0], START)
     pyramid = tracker.search(images[1], START)
     assert pyramid.best is pyramid.levels[level]

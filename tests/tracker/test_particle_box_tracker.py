@@ -155,7 +155,7 @@ def test_a_target_that_was_carried_away_is_found_again_only_by_looking_for_it():
     there = [X + np.array([[0, 0, 100], [0, 0, 80], [0, 0, 0]]) for X in here]
     images = videos.film(here + 2 * there)
     statuses = {}
-    looks_for_it = RedetectionConfig(lost_ncc=0.8)
+    looks_for_it = RedetectionConfig(missed_share=0.8, found_share=0.8)
     for redetection in (None, looks_for_it):
         row = small("igpf", redetection=redetection)
         config = looking(row, blurs=(0.02,), update_ncc=0.8)

@@ -32,20 +32,50 @@ def test_any_size_of_the_template_gives_finite_scores(unit_px):
 
 
 def test_lost_is_who_was_missed_often_enough_in_a_row():
-    monitor = LossMonitor(RedetectionConfig(lost_ncc=0.3, patience=3), np.eye(3))
-    for ncc, is_lost in [(0.1, False), (0.2, False), (0.5, False), *[(0.0, False)] * 2]:
-        monitor.note(ncc, (1 + ncc) * np.eye(3))
-        assert monitor.is_lost == is_lost
-    monitor.note(0.29, np.zeros((3, 3)))
+    monitor = LossMonitor(RedetectionConfig(patience=3), np.eye(3))
+    for confidence, is_missed in [(0.5, False), (0.19, True), (0.5, False), *[(0.1, True)] * 2]:
+        monitor.note(confidence, (1 + confidence) * np.eye(3))
+        assert monitor.is_missed == is_missed
+        assert not monitor.is_lost
+    monitor.note(0.1, np.zeros((3, 3)))
     assert monitor.is_lost
     np.testing.assert_array_equal(monitor.last_good_warp, 1.5 * np.eye(3))
+
+
+def test_found_again_takes_more_confidence_than_not_lost():
+    monitor = LossMonitor(RedetectionConfig(patience=1), np.eye(3))
+    monitor.note(0.5, np.eye(3))
+    monitor.note(0.21, np.eye(3))
+    assert not monitor.is_lost
+    monitor.note(0.1, np.eye(3))
+    monitor.note(0.21, np.eye(3))
+    assert monitor.is_lost
     monitor.note(0.31, np.eye(3))
     assert not monitor.is_lost
 
 
+def test_the_average_follows_a_target_that_changes_but_no_gap():
+    monitor = LossMonitor(RedetectionConfig(memory=0.5, patience=2), np.eye(3))
+    for confidence in [1.0, 0.5, 0.4, 0.3]:
+        monitor.note(confidence, np.eye(3))
+    monitor.note(0.25, np.eye(3))
+    assert not monitor.is_missed
+    for _ in range(20):
+        monitor.note(0.05, np.eye(3))
+    assert monitor.is_lost
+
+
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("lost_ncc", 1.2), ("share", -0.1), ("patience", 0), ("sharpness", 0.0), ("resolution", -1)],
+    [
+        ("missed_share", 1.2),
+        ("found_share", -0.1),
+        ("memory", 1.1),
+        ("share", -0.1),
+        ("patience", 0),
+        ("sharpness", 0.0),
+        ("resolution", -1),
+    ],
 )
 def test_bad_settings_are_refused(field, value):
     with pytest.raises(ValueError, match=field):
