@@ -11,6 +11,7 @@ from typing import Any, cast
 
 from tracker.particle_box_tracker import BoxTrackerConfig
 from tracker.redetection import RedetectionConfig
+from tracker.refinement import RefinementConfig
 from tracker.registry import BOX_TRACKERS
 from tracker.subspace import SubspaceConfig
 
@@ -47,6 +48,7 @@ _PARTS: dict[str, tuple[str, dict[str, Any]]] = {
         {"appearance": {"subspace": SubspaceConfig()}},
     ),
     "redetecting": ("looks for a lost target", {"redetection": RedetectionConfig()}),
+    "refined": ("Gauss-Newton steps under less blur", {"refinement": RefinementConfig()}),
 }
 """Parts that the paper does not have; each runs with either filter."""
 
@@ -67,6 +69,14 @@ READINGS: dict[str, BoxTrackerConfig] = {
     ),
     "igpf-early": _reading(
         "igpf", "estimate before resampling", filter={"is_estimate_late": False}
+    ),
+    "gpf-best": _reading(
+        "igpf-best", "igpf-best with the filter of gpf", filter={"resampling": "residual"}
+    ),
+    "pf-best": _reading(
+        "igpf-best",
+        "igpf-best with the filter of pf",
+        filter={"state_space": "vector", "proposal": "prior", "resampling": "systematic"},
     ),
     **{
         f"{name}-{part}": _reading(name, description, **changes)

@@ -12,6 +12,8 @@ from tracker.filter import FilterConfig
 from tracker.guide import GuideConfig
 from tracker.likelihood import LikelihoodConfig
 from tracker.particle_box_tracker import VIDEO_FILTER, VIDEO_LIKELIHOOD, BoxTrackerConfig
+from tracker.redetection import RedetectionConfig
+from tracker.refinement import RefinementConfig
 from tracker.template_tracker import StatusConfig
 
 
@@ -84,15 +86,17 @@ BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
         ),
     ),
     "igpf-best": BoxTrackerConfig(
-        description="igpf with all that helped: correlation filter as guide, anchored template",
+        description="igpf with all that helped: guide, anchored template, re-detection, refinement",
         filter=replace(
             VIDEO_FILTER,
             resampling="improved-gaussian",
-            noise_per_root_s=(0.015, 0.003, 0.01, 0.003, 0.08, 0.08),
+            noise_per_root_s=(0.015, 0.003, 0.06, 0.003, 0.08, 0.08),
         ),
         likelihood=replace(VIDEO_LIKELIHOOD, is_local_noise=True),
         guide=GuideConfig(),
         appearance=AppearanceConfig(blurs=(0.06,), anchor=0.6),
+        redetection=RedetectionConfig(),
+        refinement=RefinementConfig(),
     ),
 }
 """For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021]

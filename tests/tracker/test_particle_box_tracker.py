@@ -168,6 +168,27 @@ def test_a_target_that_was_carried_away_is_found_again_only_by_looking_for_it():
     assert statuses[looks_for_it][-1] == Status.TRACKING
 
 
+def test_what_hides_the_target_teaches_nothing():
+    """It is covered where it stands for a while, and comes out elsewhere."""
+    here, there = drifting(1, np.zeros(6))[0], drifting(1, np.zeros(6))[0]
+    there[:2, 2] += (90.0, 60.0)
+    images = videos.film([here] * 6 + [there] * 24)
+    cover = np.random.default_rng(5).integers(0, 255, (12, 16, 3)).astype(np.uint8)
+    for image in images[6:]:
+        image[40:100, 50:130] = np.repeat(np.repeat(cover, 5, axis=0), 5, axis=1)
+    for image in images[6:18]:
+        image[100:170, 130:230] = 90
+    error_px = {}
+    for redetection in (None, RedetectionConfig()):
+        config = small("igpf-best", redetection=redetection)
+        estimates = follow("igpf-best", images, config=config)
+        error_px[redetection] = np.linalg.norm(estimates[-1].affine.warp[:2, 2] - there[:2, 2])
+    assert error_px[RedetectionConfig()] < 1 < 60 < error_px[None]
+    statuses = [estimate.affine.status for estimate in estimates]
+    assert statuses[3] == statuses[-1] == Status.TRACKING
+    assert statuses[14] == Status.LOST
+
+
 def test_a_coarse_first_level_reaches_farther_than_the_fine_one_alone():
     """By a sixth of the target's side in one image."""
     start = drifting(1, np.zeros(6))[0]
