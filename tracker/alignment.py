@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -98,9 +99,8 @@ class EccFinder:
         from_window = np.array([[step, 0.0, origin[0]], [0.0, step, origin[1]], [0.0, 0.0, 1.0]])
         guess = (aff2.inverse(from_window) @ to_image)[:2].astype(np.float32)
         criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, config.iterations, 1e-4)
-        ncc, aligned = cv2.findTransformECC(
-            level.picture, window, guess, level.motion, criteria, None, 3
-        )
+        align: Any = cv2.findTransformECC  # its annotation forbids the empty mask
+        ncc, aligned = align(level.picture, window, guess, level.motion, criteria, None, 3)
         in_window = np.vstack([aligned.astype(float), [0.0, 0.0, 1.0]])
         return from_window @ in_window @ aff2.inverse(level.to_template), float(ncc)
 

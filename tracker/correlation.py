@@ -89,8 +89,10 @@ class Response:
 
         A clear peak takes them all; where several places compete, each gets its share.
         """
-        cumulative = np.cumsum(np.exp(sharpness * (self.scores - self.peak).astype(float)))
-        chosen = np.searchsorted(cumulative, rng.random(count) * cumulative[-1])
+        density = np.exp(sharpness * (self.scores - self.peak).astype(float))
+        cumulative: np.ndarray = np.cumsum(density)
+        thresholds: np.ndarray = rng.random(count) * cumulative[-1]
+        chosen = np.searchsorted(cumulative, thresholds)
         rows, columns = np.unravel_index(chosen, self.scores.shape)
         return self._places(np.stack([columns, rows], axis=1) + rng.random((count, 2)) - 0.5)
 
@@ -213,7 +215,7 @@ class CorrelationFilter:
 
     def _train(self, image: np.ndarray, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         spectrum = self._spectrum(image, pose, self._taper)
-        energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
+        energy = (np.real(spectrum) ** 2 + np.imag(spectrum) ** 2).sum(axis=0)
         return self._wanted.conj() * spectrum.conj(), energy + self._config.regularisation
 
     def _solve(self) -> np.ndarray:
@@ -257,7 +259,8 @@ def features(patch: np.ndarray) -> np.ndarray:
     grey = np.ascontiguousarray(lab[..., 0])
     out = np.empty((_BINS + 3, rows, columns), np.float32)
     orientation_histograms(grey, _CELL_PX, out[:_BINS])
-    energy = cv2.blur((out[:_BINS] ** 2).sum(axis=0), (3, 3))
+    squares: np.ndarray = (out[:_BINS] ** 2).sum(axis=0)
+    energy = cv2.blur(squares, (3, 3))
     out[:_BINS] = np.minimum(out[:_BINS] / np.sqrt(energy + 1.0), 0.6)
     means = cv2.resize(lab, (columns, rows), interpolation=cv2.INTER_AREA) / 255.0
     out[_BINS:] = np.moveaxis(means - means.mean(axis=(0, 1)), -1, 0)

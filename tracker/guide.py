@@ -16,6 +16,9 @@ from tracker import aff2
 from tracker.checks import require_positive, require_share
 from tracker.correlation import CorrelationConfig, CorrelationFilter, ResponsePyramid
 
+_LEAST_TURN_RAD = math.radians(3.0)
+"""Turns that a histogram of gradients does not notice are not tried."""
+
 
 @dataclass(frozen=True)
 class GuideConfig:
@@ -81,13 +84,13 @@ class Guide:
         of a turn that means nothing, as that of a walker's, would only blur what is learnt.
         """
         response = self._filter.search(image, self._pose(warp))
-        if self._config.is_turning:
-            kept_rad, self._turn_rad = self._turn_rad, float(aff2.polar(warp)[2])
-            turned = self._pose(warp)
+        turn_rad = float(aff2.polar(warp)[2])
+        by_rad = math.remainder(turn_rad - self._turn_rad, math.tau)
+        if self._config.is_turning and abs(by_rad) > _LEAST_TURN_RAD:
+            turned = _pose(warp, turn_rad)
             if self._filter.respond(image, turned).peak > response.middle.peak:
+                self._turn_rad = turn_rad
                 response = self._filter.search(image, turned)
-            else:
-                self._turn_rad = kept_rad
         return Guidance(response, self._config)
 
     def find(self, image: np.ndarray, warp: np.ndarray) -> np.ndarray:
@@ -99,8 +102,12 @@ class Guide:
         self._filter.learn(image, self._pose(warp))
 
     def _pose(self, warp: np.ndarray) -> np.ndarray:
-        """(3, 3) similarity: place and size of the warp, turn of the window."""
-        return aff2.similarity(math.exp(aff2.polar(warp)[0]), self._turn_rad, warp[:2, 2])
+        return _pose(warp, self._turn_rad)
+
+
+def _pose(warp: np.ndarray, turn_rad: float) -> np.ndarray:
+    """(3, 3) similarity with place and size of a warp, but another turn."""
+    return aff2.similarity(math.exp(aff2.polar(warp)[0]), turn_rad, warp[:2, 2])
 
 
 def _log_units(warps: np.ndarray) -> np.ndarray:

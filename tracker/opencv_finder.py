@@ -57,7 +57,7 @@ class OpenCVFinder:
         _C_LIBRARY.srand(c_seed)
 
 
-def find_in_opencv(path: str) -> Any | None:
+def find_in_opencv(path: str) -> Any:
     """The attribute of cv2 at a dotted path, None where the installed OpenCV lacks it."""
     found: Any = cv2
     for name in path.split("."):

@@ -27,7 +27,7 @@ def sample(
     patch: np.ndarray,
     weights: np.ndarray,
     places: np.ndarray,
-) -> float:
+) -> np.float32:
     """Fills `patch` (m,) and `weights` (m,), 1 where the sample is visible; returns their sum.
 
     Bilinear. Invisible is what lies outside `grey` (h, w) or touches a zero of `mask` (h, w); a
@@ -83,7 +83,7 @@ def sample(
 
 
 @njit(cache=True, error_model="numpy")
-def _is_inside(points: np.ndarray, warp: np.ndarray, right: float, bottom: float) -> bool:
+def _is_inside(points: np.ndarray, warp: np.ndarray, right: np.float32, bottom: np.float32) -> bool:
     """Whether the rectangle between first and last point lies in the image, and not on its rim."""
     for u in (points[0, 0], points[0, -1]):
         for v in (points[1, 0], points[1, -1]):
@@ -96,8 +96,8 @@ def _is_inside(points: np.ndarray, warp: np.ndarray, right: float, bottom: float
 
 @njit(cache=True, fastmath=_REORDER, error_model="numpy")
 def mean_and_deviation(
-    values: np.ndarray, weights: np.ndarray, total: float, floor: float
-) -> tuple[float, float]:
+    values: np.ndarray, weights: np.ndarray, total: np.float32, floor: np.float32
+) -> tuple[np.float32, np.float32]:
     """Weighted mean of `values` (m,), and the root of their variance or of `floor`."""
     mean = _ZERO
     for m in range(len(values)):
@@ -112,8 +112,8 @@ def mean_and_deviation(
 
 @njit(cache=True, fastmath=_REORDER, error_model="numpy")
 def normalise(
-    values: np.ndarray, weights: np.ndarray, total: float, floor: float, out: np.ndarray
-) -> float:
+    values: np.ndarray, weights: np.ndarray, total: np.float32, floor: np.float32, out: np.ndarray
+) -> np.float32:
     """`values` (m,) less their mean over their deviation, which is returned; both weighted."""
     mean, deviation = mean_and_deviation(values, weights, total, floor)
     gain = _ONE / deviation
@@ -124,7 +124,7 @@ def normalise(
 
 @njit(cache=True, fastmath=_REORDER, error_model="numpy")
 def remove_subspace(
-    residual: np.ndarray, weights: np.ndarray, total: float, basis: np.ndarray
+    residual: np.ndarray, weights: np.ndarray, total: np.float32, basis: np.ndarray
 ) -> None:
     """Takes from `residual` (m,) its part in the span of the orthonormal rows of `basis` (k, m)."""
     for k in range(len(basis)):
@@ -145,7 +145,7 @@ def _residual(
     values: np.ndarray,
     basis: np.ndarray,
     scratch: np.ndarray,
-) -> tuple[float, float, np.ndarray]:
+) -> tuple[np.float32, np.float32, np.ndarray]:
     """Residual into scratch[3], weights into scratch[5].
 
     Returns the number of visible samples, and over them the deviation of the template and the
@@ -259,8 +259,8 @@ def normal_matrix(
     jacobian: np.ndarray,
     template: np.ndarray,
     weights: np.ndarray,
-    total: float,
-    deviation: float,
+    total: np.float32,
+    deviation: np.float32,
     out: np.ndarray,
 ) -> None:
     """Mean of J^T J (6, 6) of the normalised template over the visible samples."""

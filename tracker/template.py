@@ -75,8 +75,8 @@ class Template:
         values = np.asarray(values, float)
         Tv, Tu = np.gradient(values)
         spread = np.ptp(values) or 1.0
-        picture = np.round(255 * (values - values.min()) / spread).astype(np.uint8)
-        return cls._build(values, Tu, Tv, size, picture, texture_std)
+        picture = np.rint(255 * (values - values.min()) / spread)
+        return cls._build(values, Tu, Tv, size, picture.astype(np.uint8), texture_std)
 
     def blended(self, patch: np.ndarray, share: float) -> Template:
         """The template with a share of a normalised patch (n,) in its values."""
@@ -97,11 +97,11 @@ class Template:
         width, height = size
         if not (math.isfinite(width) and math.isfinite(height) and min(width, height) > 0):
             raise ValueError(f"size must be two positive numbers (width, height), got {size}")
-        rows, columns = values.shape
+        rows, columns = (int(n) for n in values.shape)
         unit = math.sqrt(width * height)
         w, h = width / unit, height / unit
-        u = ((np.arange(columns) + 0.5) / columns - 0.5) * w
-        v = ((np.arange(rows) + 0.5) / rows - 0.5) * h
+        u: np.ndarray = ((np.arange(columns) + 0.5) / columns - 0.5) * w
+        v: np.ndarray = ((np.arange(rows) + 0.5) / rows - 0.5) * h
         deviation = values.std()
         if deviation <= 1e-6 or deviation < texture_std:
             raise ValueError("picture must have texture: its grey values are all but equal")

@@ -70,7 +70,7 @@ def temporal(sequence: VideoSequence) -> list[Run]:
     OPE, and fewer than 19 such frames give fewer runs, some of them twice. Without any (the
     reference code fails) there is one pass.
     """
-    is_usable = (sequence.boxes > 0).all(axis=1)
+    is_usable = np.all(sequence.boxes > 0, axis=1)
     for first, last in sequence.no_start:
         is_usable[max(first - 1, 0) : max(last, 0)] = False
     is_usable[max(len(sequence) - TRE_MIN_FRAMES + 1, 0) :] = False

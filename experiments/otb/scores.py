@@ -97,7 +97,7 @@ def _repaired(boxes: np.ndarray, true: np.ndarray) -> np.ndarray:
     Not so on a frame whose true box is NaN, and not the first box, as in the reference code.
     """
     boxes = np.array(boxes, float)
-    is_bad = np.isnan(boxes).all(axis=1) | (boxes[:, 2:] <= 0).any(axis=1)
+    is_bad = np.all(np.isnan(boxes), axis=1) | np.any(boxes[:, 2:] <= 0, axis=1)
     is_bad &= ~np.isnan(true).any(axis=1)
     for index in np.flatnonzero(is_bad[1:]) + 1:
         boxes[index] = boxes[index - 1]

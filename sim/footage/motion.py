@@ -45,7 +45,8 @@ class Wave:
 
     def draw(self, frame_count: int, rng: np.random.Generator) -> Signal:
         """See `Term`."""
-        edges = np.linspace(*np.log(self.periods), _TONES + 1)
+        shortest, longest = np.log(self.periods)
+        edges = np.linspace(shortest, longest, _TONES + 1)
         rates = 2.0 * np.pi / np.exp(rng.uniform(edges[:-1], edges[1:]))
         phases = rng.uniform(0.0, 2.0 * np.pi, _TONES)
         sizes = rng.uniform(0.5, 1.0, _TONES) / rates**0.5

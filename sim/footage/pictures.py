@@ -103,8 +103,8 @@ def shelves(style: Style, rng: np.random.Generator) -> np.ndarray:
         while x < WALL_MM[0] - 450.0:
             w, h = rng.uniform(160.0, 420.0), rng.uniform(200.0, 500.0)
             paint = np.array(_PAINTS[rng.integers(len(_PAINTS))]) * rng.uniform(0.45, 1.0)
-            colour = tuple(int(v) for v in paint)
-            c.rectangle(x, top + 540.0 - h, w, h, colour)
+            r, g, b = (int(v) for v in paint)
+            c.rectangle(x, top + 540.0 - h, w, h, (r, g, b))
             if rng.random() < 0.6:
                 label = 0.45 * w, 0.3 * h
                 c.rectangle(x + 0.2 * w, top + 540.0 - 0.8 * h, *label, PAPER)
