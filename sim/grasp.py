@@ -79,6 +79,8 @@ class GraspConfig:
     """Where along the belt the hand waits for the target."""
     reach_y_m: float = 0.62
     """Beyond this the target is let go."""
+    join_y_m: float = -0.18
+    """Where a fast target is joined, after a third of the reach: there the hand's turn counts."""
     hover_m: float = 0.075
     """Height of the tool centre point above the target's top while it follows."""
     depth_m: float = 0.035
@@ -322,11 +324,14 @@ class Grasp:
         """The closing direction nearest to the last one, of the two that fit the target.
 
         The hand closes across the long axis; a parallel gripper fits in two directions half a
-        turn apart. The first choice is the one nearer to the waiting hand and holds afterwards.
+        turn apart. The first choice is the one that turns the wrist less where the target is
+        joined, the base having turned along by then, and holds afterwards.
         """
         last = self._closing_yaw
         if last is None:
-            last = math.atan2(T_world_tcp[1, 0], T_world_tcp[0, 0])
+            x, y = T_world_tcp[:2, 3]
+            base_turn = math.atan2(self.config.join_y_m, x) - math.atan2(y, x)
+            last = math.atan2(T_world_tcp[1, 0], T_world_tcp[0, 0]) + base_turn
         across = target.yaw_rad + 0.5 * math.pi
         self._closing_yaw = last + math.remainder(across - last, math.pi)
         return self._closing_yaw

@@ -79,12 +79,20 @@ def test_goal_never_jumps_and_carries_its_own_velocity():
 
 
 @pytest.mark.parametrize("yaw_rad", [-1.5, -0.4, 0.0, 0.9, 1.57, 3.0])
-def test_hand_closes_across_the_object_and_turns_at_most_a_quarter(yaw_rad):
+def test_hand_closes_across_the_object_and_the_wrist_turns_at_most_a_quarter(yaw_rad):
     _, commands = play(target(-0.8, yaw_rad=yaw_rad), 250)
     R = commands[-1].T_world_tcp[:3, :3]
     closing = math.atan2(R[1, 0], R[0, 0])
     assert abs(math.remainder(closing - yaw_rad - math.pi / 2, math.pi)) < 1e-9
-    assert abs(closing) <= math.pi / 2 + 1e-9
+    waiting, joining = (math.atan2(y, HOME[0, 3]) for y in (HOME[1, 3], GraspConfig().join_y_m))
+    assert abs(closing - (joining - waiting)) <= math.pi / 2 + 1e-9
+
+
+def test_hand_turns_with_the_base_rather_than_against_it():
+    """From -84 degrees at the waiting point the wrist would turn on against the arm's sweep."""
+    _, commands = play(target(-0.8, yaw_rad=math.radians(-84.0 - 90.0)), 250)
+    R = commands[-1].T_world_tcp[:3, :3]
+    assert math.degrees(math.atan2(R[1, 0], R[0, 0])) == pytest.approx(96.0)
 
 
 def test_half_turn_of_the_estimate_does_not_turn_the_hand():
