@@ -18,7 +18,8 @@ def catalogue() -> dict[str, dict[str, str]]:
     from experiments.otb.protocols import PROTOCOLS
     from experiments.perception import CONTROL_ARMS
     from sim.camera import CAMERAS
-    from sim.degradations import CONDITIONS
+    from sim.degradations import DEGRADATIONS, NORMAL
+    from sim.motions import MOTIONS
     from sim.objects import OBJECTS
     from tracker.prediction import PREDICTORS
     from tracker.readings import READINGS
@@ -31,7 +32,12 @@ def catalogue() -> dict[str, dict[str, str]]:
         "peers": _peers(),
         "cameras": _descriptions(CAMERAS),
         "objects": _descriptions(OBJECTS),
-        "conditions": _descriptions(CONDITIONS),
+        "motions": _descriptions(MOTIONS),
+        "conditions": {NORMAL: "bright even light, 640 x 480, noise of 2 levels and 2 mm"}
+        | {
+            f"{name}-1 to -{len(entry.levels)}": entry.description
+            for name, entry in DEGRADATIONS.items()
+        },
         "predictors": _descriptions(PREDICTORS),
         "presets": _descriptions(PRESETS),
         "video trackers": _descriptions(videos),
@@ -55,6 +61,8 @@ def _peers() -> dict[str, str]:
 
 def check_names(config: TrialConfig) -> None:
     """Raises ValueError for the first name that no registry holds, or that is not installed."""
+    from sim.degradations import get_condition
+
     names = catalogue()
     trackers = [*names["trackers"], *names["control arms"], *names["peers"]]
     require_known("tracker", config.tracker, trackers)
@@ -62,8 +70,9 @@ def check_names(config: TrialConfig) -> None:
         from tracker.baselines import get_baseline
 
         get_baseline(config.tracker).require_available()
-    for field in ("camera", "object", "condition", "predictor"):
+    for field in ("camera", "object", "motion", "predictor"):
         require_known(field, getattr(config, field), names[f"{field}s"])
+    get_condition(config.condition)
 
 
 def require_known(field: str, value: str, valid: Mapping[str, Any] | list[str]) -> None:

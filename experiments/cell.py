@@ -5,7 +5,7 @@ from __future__ import annotations
 import atexit
 import functools
 import weakref
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -44,10 +44,15 @@ class Cell:
         """The task with its ground truth."""
         return self.environment.task
 
-    @functools.cached_property
+    _templates: dict[tuple[int, int], Template] = field(default_factory=dict)
+
+    @property
     def template(self) -> Template:
         """The object's reference picture; taking it disturbs the world, so before a reset."""
-        return reference_template(self.task, self.environment.physics)
+        size = self.task.condition.width_px, self.task.condition.height_px
+        if size not in self._templates:
+            self._templates[size] = reference_template(self.task, self.environment.physics)
+        return self._templates[size]
 
     def read_truth(self) -> Truth:
         """The target as the simulator knows it: for scoring and for the oracle arms alone."""
@@ -66,23 +71,26 @@ class Cell:
 
 def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
     """The world that `config` asks for."""
-    return _compiled(
+    cell = _compiled(config.object, config.camera, has_camera)
+    cell.task.configure(
         TaskConfig(
             object=config.object,
             camera=config.camera,
+            has_camera=has_camera,
             condition=config.condition,
             camera_rate_hz=config.camera_rate_hz,
             delay_s=config.delay_s,
             gripper_delay_s=config.gripper_delay_s,
-            has_camera=has_camera,
         )
     )
+    return cell
 
 
-@functools.lru_cache(maxsize=4)
-def _compiled(config: TaskConfig) -> Cell:
+@functools.lru_cache(maxsize=8)
+def _compiled(object_name: str, camera: str, has_camera: bool) -> Cell:
     """Compiling takes longer than a trial's first second: a sweep reuses its last cells."""
-    cell = Cell(load(config), make_servo())
+    task = TaskConfig(object=object_name, camera=camera, has_camera=has_camera)
+    cell = Cell(load(task), make_servo())
     # A finalizer's own turn at exit may come after EGL's end; registered now, its turn is before.
     release = weakref.finalize(cell, cell.task.close)
     release.atexit = False

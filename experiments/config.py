@@ -26,9 +26,11 @@ class TrialConfig:
     camera: str = "far-side"
     """Camera view; `beltgrasp list` names them."""
     condition: str = "normal"
-    """Light and image condition; `beltgrasp list` names them."""
+    """Light and sensor: `normal`, or degradations by level as in `dark-3+blur-1`."""
     object: str = "box"
     """Object on the belt; `beltgrasp list` names them."""
+    motion: str = "constant"
+    """How the belt runs; `beltgrasp list` names them."""
     predictor: str = "kalman"
     """How the target is extrapolated over the delays; `beltgrasp list` names them."""
     delay_s: float = 0.066
@@ -97,6 +99,7 @@ class TrialResult:
     camera: str
     condition: str
     object: str
+    motion: str
     predictor: str
     speed_mps: float
     delay_s: float

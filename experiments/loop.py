@@ -11,7 +11,6 @@ from experiments.config import TrialConfig, TrialTimings
 from experiments.perception import Seeing, make_perception
 from experiments.seeding import Stream, generator
 from experiments.trace import ControlSample, EstimateSample, TrialTrace
-from sim.conveyor import ConstantSpeed
 from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, servo_error
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
@@ -29,7 +28,7 @@ class Loop:
         self.cell, self.trace = cell, TrialTrace()
         self._started = time.perf_counter()
         scenario = ScenarioRange().draw(
-            ConstantSpeed(config.speed_mps), generator(config.seed, Stream.SCENE)
+            config.motion, config.speed_mps, generator(config.seed, Stream.SCENE)
         )
         self.perception = make_perception(config, cell)  # photographs before the world begins
         cell.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))

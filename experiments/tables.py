@@ -86,7 +86,7 @@ def show_rate(rate: float) -> str:
 
 def cell_keys(results: Sequence[TrialResult]) -> list[str]:
     """Columns that name a cell: the usual four, and others that vary in these results."""
-    others = ("object", "predictor", "delay_s")
+    others = ("object", "motion", "predictor", "delay_s")
     varying = [key for key in others if len({getattr(row, key) for row in results}) > 1]
     return ["tracker", "camera", "condition", *varying, "speed_mps"]
 

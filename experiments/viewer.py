@@ -12,7 +12,6 @@ import mujoco.viewer
 from experiments.config import TrialConfig
 from experiments.seeding import Stream, generator, random_state
 from sim import environment
-from sim.conveyor import ConstantSpeed
 from sim.scenario import ScenarioRange
 from sim.task import Episode, TaskConfig
 
@@ -24,7 +23,7 @@ def show(config: TrialConfig) -> None:
     )
     world: Any = environment.load(task, random_state(config.seed, Stream.SCENE))
     scenario = ScenarioRange().draw(
-        ConstantSpeed(config.speed_mps), generator(config.seed, Stream.SCENE)
+        config.motion, config.speed_mps, generator(config.seed, Stream.SCENE)
     )
     world.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))
     world.reset()

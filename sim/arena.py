@@ -48,8 +48,11 @@ class Cell(composer.Arena):
         """Dims (or brightens) every light of the cell, 1 being the compiled brightness."""
         if not (math.isfinite(scale) and scale >= 0.0):
             raise ValueError(f"scale must be finite and >= 0, got {scale!r}")
+        model = physics.model
         for light in self._lights:
-            physics.bind(light).diffuse = scale * np.asarray(light.diffuse)
-            physics.bind(light).specular = scale * np.asarray(light.specular)
+            # Written past the binding, which would have the whole scene computed anew.
+            index = physics.bind(light).element_id
+            model.light_diffuse[index] = scale * np.asarray(light.diffuse)
+            model.light_specular[index] = scale * np.asarray(light.specular)
         ambient = self._mjcf_root.visual.headlight.ambient
-        physics.model.vis.headlight.ambient[:] = scale * np.asarray(ambient)
+        model.vis.headlight.ambient[:] = scale * np.asarray(ambient)

@@ -129,6 +129,16 @@ class OffscreenRenderer:
         self._option.sitegroup[:] = 0
         self._camera = mujoco.MjvCamera()
         self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self.resize(width_px, height_px)
+
+    def resize(self, width_px: int, height_px: int) -> None:
+        """Sets the size of the images to come; ValueError beyond the framebuffer's."""
+        largest = self._context.offWidth, self._context.offHeight
+        if not (0 < width_px <= largest[0] and 0 < height_px <= largest[1]):
+            raise ValueError(
+                f"image must be at most {largest[0]} x {largest[1]} px, "
+                f"got {width_px} x {height_px}"
+            )
         self._rgb = np.empty((height_px, width_px, 3), np.uint8)
         self._depth = np.empty((height_px, width_px), np.float32)
         self._rect = mujoco.MjrRect(0, 0, width_px, height_px)

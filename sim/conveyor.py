@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 from dm_control import composer, mjcf
@@ -19,30 +17,6 @@ BELT_Y_MIN_M = -1.30
 BELT_Y_MAX_M = 1.30
 
 _PATTERN_PERIOD_M = 0.1
-
-
-@runtime_checkable
-class SpeedProfile(Protocol):
-    """Belt speed as a function of time."""
-
-    def __call__(self, time_s: float) -> float:
-        """Speed along +y [m/s] at `time_s`."""
-        ...
-
-
-@dataclass(frozen=True)
-class ConstantSpeed:
-    """A belt that always runs at the same speed."""
-
-    speed_mps: float
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.speed_mps) and self.speed_mps >= 0.0):
-            raise ValueError(f"speed_mps must be finite and >= 0, got {self.speed_mps!r}")
-
-    def __call__(self, time_s: float) -> float:
-        """Speed along +y [m/s], whatever the time."""
-        return self.speed_mps
 
 
 class Conveyor(composer.Entity):

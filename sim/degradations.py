@@ -1,86 +1,141 @@
-"""Conditions under which the camera looks at the belt: light, resolution and sensor noise.
+"""Conditions under which the camera looks at the belt: degradations in levels, alone or together.
 
-Light is changed in the scene, not in the pixels; noise is added by the sensor, after the render.
+Light is changed in the scene, not in the pixels; noise, drops and delays are the sensor's.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-import cv2
-import numpy as np
+from sim.lighting import FlickeringLight, Light, SteadyLight, SwitchedLight
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A named state of the light and of the sensor."""
+    """A state of the light and of the sensor; the default is the normal one."""
 
-    description: str
-    light_scale: float = 1.0
-    """Factor on the brightness of every light."""
+    light: Light = field(default_factory=SteadyLight)
     shadows: bool = False
     """Whether the key light casts shadows; doubles the cost of a frame."""
     width_px: int = 640
     height_px: int = 480
+    exposure_s: float = 0.0
+    """How long the shutter is open; 0 for an instant."""
     colour_noise_std: float = 2.0
-    """Standard deviation of the colour noise, in grey levels of 255."""
+    """Noise of reading a pixel, in grey levels of 255."""
+    full_well_e: float = math.inf
+    """Electrons of a pixel at level 255, which decide the shot noise; infinite for none."""
     depth_noise_std_m: float = 0.002
+    depth_hole_share: float = 0.0
+    """Share of the depth pixels without a return, in blots."""
+    dropped_share: float = 0.0
+    """Probability that an image never arrives."""
+    late_share: float = 0.0
+    """Probability that an image arrives `late_s` later than the declared delay says."""
+    late_s: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.light_scale <= 2.0:
-            raise ValueError(f"light_scale must be from 0 to 2, got {self.light_scale!r}")
         if self.width_px < 16 or self.height_px < 16:
             raise ValueError(
                 f"width_px and height_px must be 16 or more, got {self.width_px}x{self.height_px}"
             )
-        if min(self.colour_noise_std, self.depth_noise_std_m) < 0.0:
-            raise ValueError("colour_noise_std and depth_noise_std_m must be 0 or greater")
+        for name in ("exposure_s", "colour_noise_std", "depth_noise_std_m", "late_s"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} must be a number of 0 or more, got {value!r}")
+        if not self.full_well_e > 0.0:
+            raise ValueError(f"full_well_e must be greater than 0, got {self.full_well_e!r}")
+        for name in ("depth_hole_share", "dropped_share", "late_share"):
+            if not 0.0 <= getattr(self, name) < 1.0:
+                raise ValueError(f"{name} must be from 0 to below 1, got {getattr(self, name)!r}")
 
 
-CONDITIONS: dict[str, Condition] = {
-    "normal": Condition("bright even light, 640 x 480, 2 grey levels and 2 mm of noise"),
-    "shadows": Condition("as normal, and the key light casts shadows", shadows=True),
-    "dim": Condition("a quarter of the light, same noise", light_scale=0.25),
-    "low-resolution": Condition("as normal at 320 x 240", width_px=320, height_px=240),
+@dataclass(frozen=True)
+class Degradation:
+    """One thing that gets worse level by level; level 0 is the normal condition."""
+
+    description: str
+    levels: tuple[Mapping[str, Any], ...]
+    """Fields of `Condition` from level 1 on."""
+
+
+_SHOT = {"full_well_e": 4000.0}
+"""A small sensor: its shot noise is 8 levels at 255, and 4 at 64."""
+
+DEGRADATIONS: dict[str, Degradation] = {
+    "dark": Degradation(
+        "50, 25, 15, 8 % of the light, with shot noise",
+        tuple({"light": SteadyLight(scale), **_SHOT} for scale in (0.50, 0.25, 0.15, 0.08)),
+    ),
+    "switch": Degradation(
+        "light switched to 50, 25, 15, 8 % while the hand follows, with shot noise",
+        tuple({"light": SwitchedLight(1.0, scale), **_SHOT} for scale in (0.50, 0.25, 0.15, 0.08)),
+    ),
+    "flicker": Degradation(
+        "light that flickers by 20, 40, 60, 80 % at 100 Hz",
+        tuple({"light": FlickeringLight(depth)} for depth in (0.2, 0.4, 0.6, 0.8)),
+    ),
+    "shadows": Degradation("the key light casts shadows", ({"shadows": True},)),
+    "resolution": Degradation(
+        "320 x 240, 160 x 120, 80 x 60 pixels",
+        tuple({"width_px": 640 >> k, "height_px": 480 >> k} for k in (1, 2, 3)),
+    ),
+    "blur": Degradation(
+        "shutter open for 8, 17, 33 ms",
+        tuple({"exposure_s": count / 480} for count in (4, 8, 16)),
+    ),
+    "noise": Degradation(
+        "colour noise of 5, 10, 20, 40 levels",
+        tuple({"colour_noise_std": std} for std in (5.0, 10.0, 20.0, 40.0)),
+    ),
+    "depth": Degradation(
+        "depth noise of 4, 8, 16 mm with 2, 10, 30 % of holes",
+        tuple(
+            {"depth_noise_std_m": std_m, "depth_hole_share": share}
+            for std_m, share in ((0.004, 0.02), (0.008, 0.10), (0.016, 0.30))
+        ),
+    ),
+    "drops": Degradation(
+        "10, 30, 50, 70 % of the images never arrive",
+        tuple({"dropped_share": share} for share in (0.1, 0.3, 0.5, 0.7)),
+    ),
+    "late": Degradation(
+        "a fifth of the images is 33, 67, 133 ms late",
+        tuple({"late_share": 0.2, "late_s": late / 30} for late in (1, 2, 4)),
+    ),
 }
+"""Everything that can get worse; a condition names one by its level, as in `dark-3`."""
+
+NORMAL = "normal"
 
 
 def get_condition(name: str) -> Condition:
-    """The named condition; raises ValueError that lists the valid names."""
-    if name not in CONDITIONS:
-        raise ValueError(f"condition must be one of {', '.join(CONDITIONS)}; got {name!r}")
-    return CONDITIONS[name]
+    """The condition of a name: `normal`, `dark-3`, or several as in `dark-3+resolution-1`.
 
-
-class SensorNoise:
-    """Gaussian noise on colour and depth.
-
-    One noise picture a trial, larger than the image, is drawn from `rng`; each frame sees it
-    through a window at a random place. That costs a tenth of fresh noise for every pixel, and the
-    frames of a trial still look independent to anything that compares neighbours.
+    Raises ValueError for what no degradation has, and for two that change the same thing.
     """
+    condition, changed = Condition(), dict[str, str]()
+    for part in name.split("+") if name != NORMAL else ():
+        for key, value in _level(part).items():
+            if key in changed and value != getattr(condition, key):
+                raise ValueError(f"condition {name!r}: {changed[key]} and {part} both set {key}")
+            changed[key] = part
+            condition = replace(condition, **{key: value})
+    return condition
 
-    _MARGIN_PX = 64
 
-    def __init__(self, condition: Condition, rng: np.random.Generator) -> None:
-        self._rng = rng
-        self._height, self._width = condition.height_px, condition.width_px
-        size = (self._height + self._MARGIN_PX, self._width + self._MARGIN_PX)
-        self._colour = self._depth = None
-        if condition.colour_noise_std > 0.0:
-            noise = rng.standard_normal((*size, 3), np.float32) * condition.colour_noise_std
-            self._colour = np.rint(noise).astype(np.int16)
-        if condition.depth_noise_std_m > 0.0:
-            self._depth = rng.standard_normal(size, np.float32) * condition.depth_noise_std_m
-
-    def _window(self, picture: np.ndarray) -> np.ndarray:
-        row, column = self._rng.integers(0, self._MARGIN_PX, 2)
-        return picture[row : row + self._height, column : column + self._width]
-
-    def on(self, rgb: np.ndarray, depth_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The noisy image: (h, w, 3) uint8 colours, saturated, and (h, w) float32 depth [m]."""
-        if self._colour is not None:
-            rgb = cv2.add(rgb, self._window(self._colour), dtype=cv2.CV_8U)
-        if self._depth is not None:
-            depth_m = depth_m + self._window(self._depth)
-        return rgb, depth_m
+def _level(part: str) -> Mapping[str, Any]:
+    """What one degradation at one level changes."""
+    name, _, number = part.rpartition("-")
+    if name not in DEGRADATIONS or not number.isdecimal():
+        raise ValueError(
+            f"condition must be {NORMAL}, or NAME-LEVEL with a NAME of {', '.join(DEGRADATIONS)}, "
+            f"or several joined by +; got {part!r}"
+        )
+    levels = DEGRADATIONS[name].levels
+    if int(number) > len(levels):
+        raise ValueError(f"condition: {name} has levels 0 to {len(levels)}, got {part!r}")
+    return levels[int(number) - 1] if int(number) else {}

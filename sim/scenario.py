@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.conveyor import SpeedProfile
+from sim.motions import SpeedProfile, draw_profile
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,12 @@ class ScenarioRange:
     yaw_from_belt_rad: tuple[float, float] = (-0.5 * math.pi, 0.5 * math.pi)
     """Yaw of the long axis relative to the belt's direction."""
 
-    def draw(self, profile: SpeedProfile, rng: np.random.Generator) -> Scenario:
-        """The scenario of the next three draws of `rng`."""
-        return Scenario(
-            profile=profile,
-            start_y_m=rng.uniform(*self.start_y_m),
-            offset_m=rng.uniform(*self.offset_m),
-            yaw_rad=0.5 * math.pi + rng.uniform(*self.yaw_from_belt_rad),
-        )
+    def draw(self, motion: str, speed_mps: float, rng: np.random.Generator) -> Scenario:
+        """The scenario of the next draws of `rng`: where the object lies, then how the belt runs.
+
+        In this order the same stream lays the object alike whatever the motion.
+        """
+        start_y_m = rng.uniform(*self.start_y_m)
+        offset_m = rng.uniform(*self.offset_m)
+        yaw_rad = 0.5 * math.pi + rng.uniform(*self.yaw_from_belt_rad)
+        return Scenario(draw_profile(motion, speed_mps, rng), start_y_m, offset_m, yaw_rad)

@@ -15,12 +15,14 @@ from dm_env import specs
 
 from sim.arena import Cell
 from sim.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
-from sim.conveyor import BELT_CENTRE_X_M, ConstantSpeed, Conveyor, SpeedProfile
-from sim.degradations import Condition, SensorNoise, get_condition
+from sim.conveyor import BELT_CENTRE_X_M, Conveyor
+from sim.degradations import NORMAL, Condition, get_condition
+from sim.motions import draw_profile
 from sim.objects import Prop, get_object
 from sim.referee import Referee
 from sim.robot import HOME_Q_RAD, STROKE_M, Robot
 from sim.scenario import Scenario, ScenarioRange
+from sim.sensor import Frame, Image, Sensor
 
 PHYSICS_HZ = 480
 CONTROL_HZ = 120
@@ -33,8 +35,11 @@ class TaskConfig:
 
     object: str = "box"
     camera: str = "far-side"
-    condition: str = "normal"
-    profile: SpeedProfile = field(default_factory=lambda: ConstantSpeed(0.25))
+    condition: str = NORMAL
+    motion: str = "constant"
+    """How the belt runs in episodes that are drawn from the environment's own state."""
+    speed_mps: float = 0.25
+    """At which speed it does."""
     scenarios: ScenarioRange = field(default_factory=ScenarioRange)
     camera_rate_hz: float = 30.0
     """Must divide the physics rate of 480 Hz."""
@@ -51,6 +56,7 @@ class TaskConfig:
         get_object(self.object)
         get_view(self.camera)
         get_condition(self.condition)
+        draw_profile(self.motion, self.speed_mps, np.random.default_rng(0))
         steps = PHYSICS_HZ / self.camera_rate_hz
         if not (math.isfinite(steps) and steps >= 1.0 and abs(steps - round(steps)) < 1e-9):
             rates = [str(r) for r in (10, 12, 15, 20, 24, 30, 40, 48, 60, 80, 96, 120)]
@@ -99,7 +105,6 @@ class ConveyorGrasp(composer.Task):
     def __init__(self, config: TaskConfig) -> None:
         self.config = config
         self.view: CameraView = get_view(config.camera)
-        self.condition: Condition = get_condition(config.condition)
         self.next_episode: Episode | None = None
         self._arena = Cell()
         self.robot = Robot()
@@ -112,9 +117,26 @@ class ConveyorGrasp(composer.Task):
         add_camera(self._arena.mjcf_model, "studio", STUDIO)
         self.set_timesteps(1.0 / CONTROL_HZ, 1.0 / PHYSICS_HZ)
         self._renderer: OffscreenRenderer | None = None
-        self._noise: SensorNoise | None = None
-        self._exposure_s, self._count = -1.0, 0
         self._observables = self._make_observables()
+        self.configure(config)
+
+    def configure(self, config: TaskConfig) -> None:
+        """Changes what needs no new model, from the next reset on.
+
+        Raises ValueError for another object or camera, or where one camera has a renderer and
+        the other none.
+        """
+        for name in ("object", "camera", "has_camera"):
+            if getattr(config, name) != getattr(self.config, name):
+                raise ValueError(
+                    f"{name} is {getattr(self.config, name)!r} in the compiled model, "
+                    f"got {getattr(config, name)!r}"
+                )
+        self.config = config
+        self.condition: Condition = get_condition(config.condition)
+        self._sensor = self._make_sensor(np.random.default_rng(0))
+        if self._renderer is not None:
+            self._renderer.resize(self.condition.width_px, self.condition.height_px)
 
     # What composer asks for.
 
@@ -149,10 +171,9 @@ class ConveyorGrasp(composer.Task):
         episode = self.next_episode or self._draw_episode(random_state)
         self.next_episode = None
         self.scenario = episode.scenario
-        self._noise = SensorNoise(self.condition, episode.sensor_rng)
+        self._sensor = self._make_sensor(episode.sensor_rng)
         self._gripper = _Gripper(self.config.gripper_delay_s, self.config.finger_speed_mps)
-        self._exposure_s, self._count = -1.0, 0
-        self.set_light_scale(physics, self.condition.light_scale)
+        self.set_light_scale(physics, self.condition.light(0.0, self.scenario.start_y_m))
         self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
         s = self.scenario
         x_m = BELT_CENTRE_X_M + s.offset_m
@@ -170,6 +191,12 @@ class ConveyorGrasp(composer.Task):
         self.robot.command_width(physics, self._gripper.step(float(action[12])))
         self._is_closing = action[12] < STROKE_M - 1e-6
         self._conveyor.set_speed(physics, self.scenario.profile(float(physics.data.time)))
+
+    def after_substep(self, physics: Any, random_state: np.random.RandomState) -> None:
+        """Lets the camera look."""
+        del random_state
+        if self.config.has_camera:
+            self._look(physics)
 
     def after_step(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Lets the referee look."""
@@ -238,36 +265,41 @@ class ConveyorGrasp(composer.Task):
     def _draw_episode(self, random_state: np.random.RandomState) -> Episode:
         seeds = np.random.SeedSequence(random_state.randint(0, 2**32, 4, np.uint32).tolist())
         scene_rng, sensor_rng = (np.random.default_rng(s) for s in seeds.spawn(2))
-        return Episode(self.config.scenarios.draw(self.config.profile, scene_rng), sensor_rng)
+        c = self.config
+        return Episode(c.scenarios.draw(c.motion, c.speed_mps, scene_rng), sensor_rng)
+
+    def _make_sensor(self, rng: np.random.Generator) -> Sensor:
+        c = self.config
+        return Sensor(self.condition, c.camera_rate_hz, c.delay_s, PHYSICS_HZ, rng)
 
     def _make_observables(self) -> dict[str, observable.Observable]:
-        c = self.config
         sensor = {
-            "camera/rgb": lambda physics: self._expose(physics)[0],
-            "camera/depth_m": lambda physics: self._expose(physics)[1],
-            "camera/time_s": lambda physics: self._expose(physics) and physics.data.time,
-            "camera/count": lambda physics: self._expose(physics) and self._count,
+            "camera/rgb": lambda physics: self._newest(physics).rgb,
+            "camera/depth_m": lambda physics: self._newest(physics).depth_m,
+            "camera/time_s": lambda physics: self._newest(physics).time_s,
+            "camera/count": lambda physics: self._newest(physics).count,
         }
         robot = {
             "robot/q_rad": self.robot.q,
             "robot/qd_radps": self.robot.qd,
             "robot/width_m": self.robot.width_m,
         }
-        interval, delay = round(PHYSICS_HZ / c.camera_rate_hz), round(c.delay_s * PHYSICS_HZ)
         made: dict[str, observable.Observable] = {}
-        for name, read in sensor.items():
-            made[name] = observable.Generic(read, update_interval=interval, delay=delay)
-            made[name].enabled = c.has_camera
-        for name, read in robot.items():
-            made[name] = observable.Generic(read)
-            made[name].enabled = True
+        for name, read in (sensor | robot).items():
+            made[name] = observable.Generic(read, update_interval=PHYSICS_HZ // CONTROL_HZ)
+            made[name].enabled = name in robot or self.config.has_camera
         return made
 
-    def _expose(self, physics: Any) -> tuple[np.ndarray, np.ndarray]:
-        """The image of this instant; the observables of one exposure share one render."""
+    def _newest(self, physics: Any) -> Frame:
+        """The image that has arrived last; at time 0 no physics step has let the camera look."""
+        self._look(physics)
+        return self._sensor.newest(float(physics.data.time))
+
+    def _look(self, physics: Any) -> None:
+        def photograph() -> Image:
+            target_y_m = float(physics.bind(self.prop.body).xpos[1])
+            self.set_light_scale(physics, self.condition.light(time_s, target_y_m))
+            return self.render(physics, "sensor")
+
         time_s = float(physics.data.time)
-        if time_s != self._exposure_s:
-            image = self.render(physics, "sensor")
-            self._image = self._noise.on(*image) if self._noise else image
-            self._exposure_s, self._count = time_s, self._count + 1
-        return self._image
+        self._sensor.look(time_s, photograph)

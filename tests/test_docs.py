@@ -8,12 +8,14 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 from experiments import cli
+from experiments.config import TrialConfig
 from experiments.presets import PRESETS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -79,16 +81,17 @@ def commands_of(program: str) -> list[tuple[str, list[str]]]:
 
 
 def is_placeholder(name: str) -> bool:
-    return name.isupper()
+    """`NAME`, or `NAME-1` for a condition."""
+    return name.rstrip("-0123456789").isupper()
 
 
 def check_trial(command: cli.Trial | cli.View) -> int:
-    from experiments.catalogue import catalogue
+    from experiments.catalogue import check_names
 
-    known = {name for names in catalogue().values() for name in names}
-    config = command.config
-    names = (config.tracker, config.camera, config.object, config.condition, config.predictor)
-    return 0 if all(name in known or is_placeholder(name) for name in names) else 1
+    config, named = command.config, "tracker camera object motion condition predictor".split()
+    open_fields = [field for field in named if is_placeholder(getattr(config, field))]
+    check_names(replace(config, **{f: getattr(TrialConfig(), f) for f in open_fields}))
+    return 0
 
 
 def check_sweep(command: cli.Sweep) -> int:

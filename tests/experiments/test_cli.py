@@ -17,6 +17,7 @@ def registries(monkeypatch):
         "peers": {"csrt": "a rival"},
         "cameras": {"far-side": "a camera"},
         "objects": {"box": "a carton"},
+        "motions": {"constant": "one speed"},
         "conditions": {"normal": "light"},
         "predictors": {"kalman": "a filter"},
         "presets": {"demo": "a look"},
@@ -65,7 +66,7 @@ def test_help_needs_no_heavy_import(toy_environment):
     done = subprocess.run(command, env=toy_environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     for flag in (
-        "--tracker --speed-mps --seed --camera --condition --object --predictor --delay-s "
+        "--tracker --speed-mps --seed --camera --condition --object --motion --predictor --delay-s "
         "--camera-rate-hz --particle-count --video --json"
     ).split():
         assert f"{flag} " in done.stdout
@@ -85,8 +86,10 @@ def test_help_needs_no_heavy_import(toy_environment):
             "tracker must be one of igpf, pf, oracle, csrt; got 'igfp'; did you mean 'igpf'?",
         ),
         ("trial --camera ceiling", "camera must be one of far-side; got 'ceiling'"),
-        ("trial --condition dark", "condition must be one of normal; got 'dark'"),
+        ("trial --condition foggy", "condition must be normal, or NAME-LEVEL with a NAME of dark,"),
+        ("trial --condition dark-9", "condition: dark has levels 0 to 4, got 'dark-9'"),
         ("trial --object ball", "object must be one of box; got 'ball'"),
+        ("trial --motion zigzag", "motion must be one of constant; got 'zigzag'"),
         ("trial --predictor none", "predictor must be one of kalman; got 'none'"),
         (
             "sweep lop",

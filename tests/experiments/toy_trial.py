@@ -25,6 +25,7 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
         "camera": config.camera,
         "condition": config.condition,
         "object": config.object,
+        "motion": config.motion,
         "predictor": config.predictor,
         "speed_mps": config.speed_mps,
         "delay_s": config.delay_s,

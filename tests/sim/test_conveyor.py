@@ -6,8 +6,6 @@ from sim.conveyor import (
     BELT_WIDTH_M,
     BELT_Y_MAX_M,
     BELT_Y_MIN_M,
-    ConstantSpeed,
-    SpeedProfile,
 )
 
 
@@ -50,18 +48,6 @@ def test_rails_guide_without_dragging(scene):
     assert scene.box_joint.qpos[0] < inside_x - 0.038
     assert scene.box_joint.qvel[1] == pytest.approx(0.5, rel=1e-2)
     assert abs(2 * np.arcsin(scene.box_joint.qpos[6]) - np.pi / 2) < 0.02
-
-
-def test_constant_speed_is_a_profile():
-    profile = ConstantSpeed(0.25)
-    assert isinstance(profile, SpeedProfile)
-    assert profile(0.0) == profile(12.0) == 0.25
-
-
-@pytest.mark.parametrize("speed_mps", [-0.1, float("nan"), float("inf")])
-def test_constant_speed_refuses_nonsense(speed_mps):
-    with pytest.raises(ValueError, match="speed_mps must be finite and >= 0"):
-        ConstantSpeed(speed_mps)
 
 
 def test_drawn_belt_keeps_up_with_the_surface(scene):

@@ -1,57 +1,64 @@
-"""Conditions: nothing at zero, declared statistics otherwise."""
+"""Conditions by name: nothing at level 0, one thing at a time, several joined."""
 
-import numpy as np
 import pytest
 
-from sim.degradations import CONDITIONS, Condition, SensorNoise, get_condition
+from sim.degradations import DEGRADATIONS, Condition, get_condition
+from sim.lighting import SteadyLight
 
-QUIET = Condition("no noise", colour_noise_std=0.0, depth_noise_std_m=0.0)
-
-
-def picture(condition: Condition) -> tuple[np.ndarray, np.ndarray]:
-    shape = condition.height_px, condition.width_px
-    return np.full((*shape, 3), 120, np.uint8), np.full(shape, 1.5, np.float32)
+LEVELS = [
+    f"{name}-{k + 1}" for name, entry in DEGRADATIONS.items() for k in range(len(entry.levels))
+]
 
 
-def test_no_noise_is_the_identity():
-    rgb, depth_m = picture(QUIET)
-    noisy_rgb, noisy_depth_m = SensorNoise(QUIET, np.random.default_rng(0)).on(rgb, depth_m)
-    assert np.array_equal(noisy_rgb, rgb)
-    assert np.array_equal(noisy_depth_m, depth_m)
+@pytest.mark.parametrize("name", DEGRADATIONS)
+def test_level_0_is_the_normal_condition(name):
+    assert get_condition(f"{name}-0") == get_condition("normal") == Condition()
 
 
-@pytest.mark.parametrize("name", CONDITIONS)
-def test_noise_keeps_shape_and_has_the_declared_size(name):
-    condition = CONDITIONS[name]
-    rgb, depth_m = picture(condition)
-    noisy_rgb, noisy_depth_m = SensorNoise(condition, np.random.default_rng(0)).on(rgb, depth_m)
-    assert noisy_rgb.shape == rgb.shape and noisy_rgb.dtype == np.uint8
-    assert noisy_depth_m.shape == depth_m.shape and noisy_depth_m.dtype == np.float32
-    assert np.std(noisy_rgb.astype(float)) == pytest.approx(condition.colour_noise_std, rel=0.05)
-    assert np.std(noisy_depth_m) == pytest.approx(condition.depth_noise_std_m, rel=0.05)
-    assert (rgb == 120).all()
+@pytest.mark.parametrize("name", LEVELS)
+def test_every_level_changes_something(name):
+    assert get_condition(name) != Condition()
 
 
-def test_frames_differ_and_the_same_stream_repeats_them():
-    condition = CONDITIONS["normal"]
-    first, second = (SensorNoise(condition, np.random.default_rng(3)) for _ in range(2))
-    frames = [first.on(*picture(condition))[0] for _ in range(3)]
-    again = [second.on(*picture(condition))[0] for _ in range(3)]
-    assert all(np.array_equal(a, b) for a, b in zip(frames, again, strict=True))
-    assert not np.array_equal(frames[0], frames[1])
+@pytest.mark.parametrize("name", DEGRADATIONS)
+def test_levels_of_a_degradation_change_the_same_fields(name):
+    keys = [set(level) for level in DEGRADATIONS[name].levels]
+    assert all(other == keys[0] for other in keys)
 
 
-def test_noise_saturates_instead_of_wrapping():
-    condition = CONDITIONS["normal"]
-    _, depth_m = picture(condition)
-    black = np.zeros((condition.height_px, condition.width_px, 3), np.uint8)
-    assert SensorNoise(condition, np.random.default_rng(0)).on(black, depth_m)[0].max() < 20
+def test_several_are_joined():
+    condition = get_condition("dark-3+resolution-2+blur-1")
+    assert condition.light == SteadyLight(0.15)
+    assert (condition.width_px, condition.height_px) == (160, 120)
+    assert condition.exposure_s == pytest.approx(1 / 120)
 
 
-def test_bad_conditions_are_refused():
-    with pytest.raises(ValueError, match="light_scale"):
-        Condition("too bright", light_scale=3.0)
-    with pytest.raises(ValueError, match="width_px"):
-        Condition("no picture", width_px=0)
-    with pytest.raises(ValueError, match="must be one of normal, shadows"):
-        get_condition("darkness")
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("foggy", "condition must be normal, or NAME-LEVEL with a NAME of dark, .*; got 'foggy'"),
+        ("dark", "condition must be normal"),
+        ("dark-x", "condition must be normal"),
+        ("normal+dark-1", "got 'normal'"),
+        ("", "got ''"),
+        ("dark-5", "dark has levels 0 to 4, got 'dark-5'"),
+        ("dark-1+switch-2", "dark-1 and switch-2 both set light"),
+    ],
+)
+def test_bad_names_are_refused(name, message):
+    with pytest.raises(ValueError, match=message):
+        get_condition(name)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("width_px", 0, "width_px and height_px must be 16 or more"),
+        ("exposure_s", -0.1, "exposure_s must be a number of 0 or more, got -0.1"),
+        ("full_well_e", 0.0, "full_well_e must be greater than 0"),
+        ("dropped_share", 1.0, "dropped_share must be from 0 to below 1, got 1.0"),
+    ],
+)
+def test_bad_conditions_are_refused(field, value, message):
+    with pytest.raises(ValueError, match=message):
+        Condition(**{field: value})

@@ -1,13 +1,14 @@
 """The environment: dm_env contract, delays in simulated time, worlds by seed, honest physics."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from dm_env import StepType
 
-from sim.conveyor import ConstantSpeed
 from sim.environment import load
+from sim.motions import ConstantSpeed
 from sim.robot import STROKE_M
 from sim.scenario import Scenario, ScenarioRange
 from sim.task import CONTROL_HZ, Episode, TaskConfig
@@ -101,10 +102,10 @@ def test_object_rides_at_belt_speed_and_is_gone_at_the_end(environment):
 
 
 def test_seed_decides_the_world():
-    ranges, profile = ScenarioRange(), ConstantSpeed(0.2)
-    draw = [ranges.draw(profile, np.random.default_rng(s)) for s in (1, 1, 2)]
+    ranges = ScenarioRange()
+    draw = [ranges.draw("sine", 0.2, np.random.default_rng(s)) for s in (1, 1, 2)]
     assert draw[0] == draw[1] != draw[2]
-    many = [ranges.draw(profile, np.random.default_rng(s)) for s in range(300)]
+    many = [ranges.draw("sine", 0.2, np.random.default_rng(s)) for s in range(300)]
     offsets = np.array([s.offset_m for s in many])
     assert offsets.min() < -0.07 and offsets.max() > 0.07 and np.abs(offsets).max() <= 0.08
     yaws = np.array([s.yaw_rad for s in many]) - math.pi / 2
@@ -132,7 +133,33 @@ def test_light_scale_darkens_the_picture():
         finally:
             environment.task.close()
 
-    assert brightness("dim") < 0.4 * brightness("normal")
+    assert brightness("dark-2") < 0.4 * brightness("normal")
+
+
+def test_condition_and_delay_change_without_a_new_model(environment):
+    fresh = load(TaskConfig(condition="resolution-2", delay_s=0.0), random_state=0)
+    try:
+        environment.task.configure(
+            replace(environment.task.config, condition="resolution-2", delay_s=0.0)
+        )
+        scenario = Scenario(ConstantSpeed(0.2), -0.8, 0.0, 0.3)
+        seen = []
+        for world in (environment, fresh):
+            world.task.next_episode = Episode(scenario, np.random.default_rng(5))
+            world.reset()
+            seen.append(world.step(still(world)).observation)
+        assert seen[0]["camera/rgb"].shape == (120, 160, 3)
+        assert all(np.array_equal(seen[0][name], seen[1][name]) for name in seen[1])
+    finally:
+        fresh.task.close()
+        environment.task.configure(TaskConfig(delay_s=0.05, gripper_delay_s=0.05))
+
+
+def test_another_object_or_camera_needs_a_new_model(environment):
+    with pytest.raises(
+        ValueError, match="camera is 'far-side' in the compiled model, got 'overhead'"
+    ):
+        environment.task.configure(TaskConfig(camera="overhead"))
 
 
 @pytest.mark.parametrize(
@@ -142,7 +169,9 @@ def test_light_scale_darkens_the_picture():
         ("camera_rate_hz", math.nan, "camera_rate_hz must divide 480"),
         ("delay_s", -0.1, "delay_s must be a number of 0 or more, got -0.1"),
         ("camera", "under", "camera must be one of far-side, overhead; got 'under'"),
-        ("condition", "foggy", "condition must be one of normal"),
+        ("condition", "foggy", "condition must be normal, or NAME-LEVEL"),
+        ("motion", "zigzag", "motion must be one of constant"),
+        ("speed_mps", -1.0, "speed_mps must be finite and >= 0"),
         ("object", "ball", "object must be one of box"),
     ],
 )

@@ -1,0 +1,71 @@
+"""Programmes of the cell's light: its brightness by time and by where the target is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+BRIGHTEST = 2.0
+
+
+class Light(Protocol):
+    """Brightness of every lamp, 1 being the normal one."""
+
+    def __call__(self, time_s: float, target_y_m: float) -> float:
+        """The brightness while the target is at `target_y_m` along the belt."""
+        ...
+
+
+@dataclass(frozen=True)
+class SteadyLight:
+    """Light that does not change."""
+
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        _require_brightness("scale", self.scale)
+
+    def __call__(self, time_s: float, target_y_m: float) -> float:
+        """The same, whatever the time."""
+        return self.scale
+
+
+@dataclass(frozen=True)
+class SwitchedLight:
+    """Light that is switched while the target is under way."""
+
+    before: float
+    after: float
+    at_y_m: float = -0.45
+    """Where the target is then; the hand has just begun to follow it."""
+
+    def __post_init__(self) -> None:
+        _require_brightness("before", self.before)
+        _require_brightness("after", self.after)
+
+    def __call__(self, time_s: float, target_y_m: float) -> float:
+        """The brightness before or after the switch."""
+        return self.before if target_y_m < self.at_y_m else self.after
+
+
+@dataclass(frozen=True)
+class FlickeringLight:
+    """Lamps on the mains: twice its frequency, which a camera at 30 Hz sees as a slow beat."""
+
+    depth: float
+    """Amplitude as a share of the mean."""
+    rate_hz: float = 100.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.depth <= 1.0:
+            raise ValueError(f"depth must be from 0 to 1, got {self.depth!r}")
+
+    def __call__(self, time_s: float, target_y_m: float) -> float:
+        """The brightness at that moment."""
+        return 1.0 + self.depth * math.sin(2.0 * math.pi * self.rate_hz * time_s)
+
+
+def _require_brightness(name: str, value: float) -> None:
+    if not 0.0 <= value <= BRIGHTEST:
+        raise ValueError(f"{name} must be from 0 to {BRIGHTEST:g}, got {value!r}")
