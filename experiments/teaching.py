@@ -1,7 +1,9 @@
-"""Teaching: one reference photograph of the object, from which the trackers' template is cut.
+"""Teaching: reference photographs of the object, from which the trackers' template is cut.
 
 As in a real cell: before production the operator lays the object at a marked place on the still
-belt, in normal light and without the arm in between, and the system's own camera takes a picture.
+belt, in normal light and without the arm in between, and the system's own camera takes pictures,
+the object shifted by thirds of a pixel in between. Their mean shows what pixels average over; a
+single one shows how they happened to fall, which counts when the object is a few pixels wide.
 Nothing of a later trial is known then.
 """
 
@@ -19,6 +21,8 @@ from tracker.rectify import OverheadView
 from tracker.template import Template
 
 PICTURE_M_PER_PX = 0.001
+SHIFTS = 3
+"""Places a pixel apart are divided into, each way."""
 
 
 def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
@@ -26,10 +30,19 @@ def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
 
     Leaves the physics in the teaching scene: reset the environment before going on.
     """
+    task.set_light_scale(physics, 1.0)
+    distance_m = math.dist(task.view.position_m, (BELT_CENTRE_X_M, 0.0, 0.0))
+    step_m = distance_m / task.K[0, 0] / SHIFTS
+    shifts_m = [step_m * (k - 0.5 * (SHIFTS - 1)) for k in range(SHIFTS)]
+    places = [(BELT_CENTRE_X_M + x, y) for x in shifts_m for y in shifts_m]
+    pictures = [_picture_at(task, physics, *place) for place in places]
+    return np.rint(np.mean(pictures, axis=0)).astype(np.uint8)
+
+
+def _picture_at(task: ConveyorGrasp, physics: Any, x_m: float, y_m: float) -> np.ndarray:
     with physics.reset_context():
         task.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-        task.set_light_scale(physics, 1.0)
-        task.place_object(physics, x_m=BELT_CENTRE_X_M, y_m=0.0, yaw_rad=0.5 * math.pi)
+        task.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
     rgb, _ = task.render(physics, "sensor")
     length, width, height = task.prop.spec.size_m
     view = OverheadView(
@@ -37,8 +50,8 @@ def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
         T_world_camera=task.view.T_world_camera,
         image_shape_px=rgb.shape[:2],
         plane_z_m=height,
-        x_range_m=(BELT_CENTRE_X_M - 0.5 * width, BELT_CENTRE_X_M + 0.5 * width),
-        y_range_m=(-0.5 * length, 0.5 * length),
+        x_range_m=(x_m - 0.5 * width, x_m + 0.5 * width),
+        y_range_m=(y_m - 0.5 * length, y_m + 0.5 * length),
         m_per_px=PICTURE_M_PER_PX,
     )
     return view.rectify(rgb, None).grey

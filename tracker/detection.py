@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from tracker import aff2
-from tracker.checks import require_count, require_share
+from tracker.checks import require_count, require_positive, require_share
 from tracker.gauss_newton import climb
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
@@ -44,7 +44,9 @@ class DetectionConfig:
     min_margin: float = 0.05
     """Lead in correlation over the next different pose; 0 for objects with a symmetry."""
     min_visible_fraction: float = 0.7
-    """Share of the template that must be visible."""
+    """Share of the template that must be visible, and its surface at the right height."""
+    max_height_m: float = 0.03
+    """A surface further than this above or below the plane is not the target's."""
 
     def __post_init__(self) -> None:
         require_count(self, "reduction", "candidate_count", "iterations")
@@ -53,6 +55,7 @@ class DetectionConfig:
                 f"rotation_count must be even and at least 4, got {self.rotation_count}"
             )
         require_share(self, "min_ncc", "min_margin", "min_visible_fraction")
+        require_positive(self, "max_height_m")
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,24 +110,42 @@ class TemplateDetector:
         self._likelihood = LikelihoodConfig(independent_pixel_count=100.0, shape_std=0.02)
         coarse_unit = unit_px / config.reduction
         side = math.hypot(*template.size) * coarse_unit
+        self._short_side = max(1, round(min(template.size) * coarse_unit))
         self._radius = max(2, math.ceil(side / 2))
         self._coarse_shape = tuple(math.ceil(n / config.reduction) for n in image_shape_px)
         self._fft_shape = tuple(_fast_size(n + 4 * self._radius) for n in self._coarse_shape)
         self._angles = np.arange(config.rotation_count) * 2 * np.pi / config.rotation_count
         self._bank, self._masks, self._mask_sums = self._transform_bank(template, coarse_unit)
 
-    def detect(self, image: np.ndarray, visibility: np.ndarray | None = None) -> Detection | None:
-        """The best match in a grey image (h, w) if it is good, visible and unrivalled."""
+    def detect(
+        self,
+        image: np.ndarray,
+        visibility: np.ndarray | None = None,
+        height_m: np.ndarray | None = None,
+    ) -> Detection | None:
+        """The best match in a grey image (h, w) if it is good, visible and unrivalled.
+
+        Args:
+            image: (h, w) uint8.
+            visibility: (h, w) uint8, 0 where the plane is hidden.
+            height_m: (h, w) height of the surface above the plane, NaN where unknown. A few grey
+                pixels look like much; few things stand at the height of the target's face.
+        """
         if visibility is None:
             visibility = np.ones(image.shape, np.uint8)
-        visible = visibility > 0
-        if visible.mean() < 0.01 or float(image[visible].std()) < _FLAT_DEVIATION:
+        support = visibility
+        if height_m is not None:
+            is_off = np.abs(height_m) > self._config.max_height_m  # false where unknown
+            support = np.where(is_off, np.uint8(0), visibility)
+        supported = support > 0
+        if not supported.any() or float(image[supported].std()) < _FLAT_DEVIATION:
             return None
-        warps = self._candidates(image, visibility)
+        warps = self._candidates(image, visibility, support)
         coarse, fine = (self._observe(level, image, visibility) for level in self._levels)
         for observation in (coarse, fine):
             warps = climb(observation, warps, self._config.iterations)
-        return self._choose(warps, fine)
+        share = self._observe(self._levels[1], image, support).fit(warps).visible_fraction
+        return self._choose(warps, fine, share)
 
     def _observe(
         self, level: _Level, image: np.ndarray, visibility: np.ndarray
@@ -133,23 +154,28 @@ class TemplateDetector:
         layers = Layers.of(smooth, visibility)
         return TemplateObservation(level.matcher, layers, self._likelihood, 0.5, self._unit_px)
 
-    def _choose(self, warps: np.ndarray, observation: TemplateObservation) -> Detection | None:
+    def _choose(
+        self, warps: np.ndarray, observation: TemplateObservation, supported_share: np.ndarray
+    ) -> Detection | None:
         config = self._config
         fit = observation.fit(warps)
-        ncc = np.where(fit.visible_fraction >= config.min_visible_fraction, fit.ncc, -1.0)
+        ncc = np.where(supported_share >= config.min_visible_fraction, fit.ncc, -1.0)
         best = int(np.argmax(ncc))
         if ncc[best] < config.min_ncc:
             return None
         away = aff2.difference(warps[best], warps)
         is_other = (np.hypot(away[:, 4], away[:, 5]) > 0.3) | (np.abs(away[:, 2]) > 0.35)
-        if is_other.any() and fit.ncc[is_other].max() > ncc[best] - config.min_margin:
+        if is_other.any() and ncc[is_other].max() > ncc[best] - config.min_margin:
             return None
         return Detection(warps[best], float(ncc[best]), float(fit.visible_fraction[best]))
 
-    def _candidates(self, image: np.ndarray, visibility: np.ndarray) -> np.ndarray:
+    def _candidates(
+        self, image: np.ndarray, visibility: np.ndarray, support: np.ndarray
+    ) -> np.ndarray:
         """(k, 3, 3) warps at the largest, mutually different coarse correlations."""
         config = self._config
         scores = self._correlate(image, visibility)
+        scores[:, self._support_about(support) < 0.5] = -2.0
         reach = max(1, self._radius // 4)
         warps: list[np.ndarray] = []
         for _ in range(config.candidate_count):
@@ -162,6 +188,13 @@ class TemplateDetector:
             columns = slice(max(column - reach, 0), column + reach + 1)
             scores[near, rows, columns] = -2.0
         return np.stack(warps)
+
+    def _support_about(self, support: np.ndarray) -> np.ndarray:
+        """Share of support around every coarse pixel, as far as the template reaches each way."""
+        small = cv2.resize(
+            support.astype(np.float32), self._coarse_shape[::-1], interpolation=cv2.INTER_AREA
+        )
+        return cv2.blur(small, (self._short_side, self._short_side), borderType=cv2.BORDER_CONSTANT)
 
     def _correlate(self, image: np.ndarray, visibility: np.ndarray) -> np.ndarray:
         """(rotations, rows, columns) normalised correlation at every coarse pixel."""

@@ -106,7 +106,7 @@ class TargetTracker:
     def _search(self, image: OverheadImage, time_s: float) -> TargetObservation:
         """Looks for the target; follows it from the second of two consistent sightings."""
         self._status = Status.SEARCHING
-        found = self._detector.detect(image.grey, image.visibility)
+        found = self._detector.detect(image.grey, image.visibility, image.height_m)
         if found is None:
             return TargetObservation(None, None, self._status)
         now = Sighting(found, time_s)

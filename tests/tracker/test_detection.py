@@ -52,6 +52,24 @@ def test_two_equal_cartons_are_ambiguous(detector, view, scene):
     assert detector.detect(both) is None
 
 
+def test_a_picture_of_the_target_at_another_height_gives_nothing(detector, view, scene):
+    """A poster on the belt, 80 mm below the face; without depth it cannot be told."""
+    image = view.rectify(*scene.render(0.5, 0.0, 0.4))
+    seen = image.grey, image.visibility
+    assert detector.detect(*seen, image.height_m) is not None
+    assert detector.detect(*seen, np.full_like(image.height_m, -0.08)) is None
+    assert detector.detect(*seen, np.full_like(image.height_m, np.nan)) is not None
+
+
+def test_a_rival_at_another_height_is_no_rival(detector, view, scene):
+    image = view.rectify(*scene.render(0.5, -0.3, 0.0))
+    twin = view.rectify(*scene.render(0.5, 0.3, 0.0))
+    half = image.grey.shape[1] // 2
+    both = np.hstack([image.grey[:, :half], twin.grey[:, half:]])
+    height_m = np.hstack([image.height_m[:, :half], np.full_like(image.height_m[:, half:], -0.08)])
+    assert detector.detect(both, None, height_m) is not None
+
+
 def test_black_and_hidden_images_give_nothing(detector, view):
     black = np.zeros(view.shape_px, np.uint8)
     assert detector.detect(black) is None
@@ -65,7 +83,8 @@ def test_mostly_out_of_view_is_not_a_detection(detector, view, scene):
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("rotation_count", 7), ("reduction", 0), ("min_ncc", 1.5)]
+    ("field", "value"),
+    [("rotation_count", 7), ("reduction", 0), ("min_ncc", 1.5), ("max_height_m", 0.0)],
 )
 def test_bad_settings_are_refused(field, value):
     with pytest.raises(ValueError, match=field):

@@ -1,0 +1,36 @@
+"""What the trackers are shown of the object before any trial."""
+
+import cv2
+import numpy as np
+import pytest
+
+from experiments import teaching
+from experiments.cell import make_cell
+from experiments.config import TrialConfig
+
+
+def picture(condition: str) -> np.ndarray:
+    cell = make_cell(TrialConfig(condition=condition), has_camera=True)
+    return teaching.reference_picture(cell.task, cell.environment.physics)
+
+
+@pytest.fixture(scope="module")
+def sharp() -> np.ndarray:
+    return picture("normal")
+
+
+def test_picture_is_the_face_alone_at_the_stated_scale(sharp):
+    assert sharp.shape == (81, 201) and sharp.dtype == np.uint8
+    assert sharp.std() > 30.0
+
+
+def test_coarse_picture_is_the_mean_of_what_each_pixel_covers(sharp, monkeypatch):
+    """Pixels of 15 mm: shifting the object brings out more than one image of it shows."""
+    inside = slice(15, -15), slice(15, -15)
+    expected = cv2.GaussianBlur(sharp, (0, 0), 7.0)[inside]
+    many = picture("resolution-2")
+    monkeypatch.setattr(teaching, "SHIFTS", 1)
+    single = picture("resolution-2")
+    alike = [np.corrcoef(expected.ravel(), p[inside].ravel())[0, 1] for p in (many, single)]
+    assert alike[0] > 0.95
+    assert alike[0] > alike[1]
