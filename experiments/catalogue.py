@@ -65,11 +65,12 @@ def check_names(config: TrialConfig) -> None:
 
     names = catalogue()
     trackers = [*names["trackers"], *names["control arms"], *names["peers"]]
-    require_known("tracker", config.tracker, trackers)
-    if config.tracker in names["peers"]:
-        from tracker.baselines import get_baseline
+    if ":" not in config.tracker:
+        require_known("tracker", config.tracker, trackers)
+    if ":" in config.tracker or config.tracker in names["peers"]:
+        from tracker.outside import get_box_finder
 
-        get_baseline(config.tracker).require_available()
+        get_box_finder(config.tracker).require_available()
     for field in ("camera", "object", "motion", "predictor"):
         require_known(field, getattr(config, field), names[f"{field}s"])
     get_condition(config.condition)

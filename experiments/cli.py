@@ -7,6 +7,7 @@ import io
 import json
 import os
 import re
+import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -68,6 +69,11 @@ class Sweep:
     """Results folder; out/PRESET if not given."""
     workers: Annotated[int | None, arg(metavar="N")] = None
     """Worker processes; one for each processor if not given. The results do not depend on it."""
+    trackers: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ()
+    """Only these, with commas or spaces between; one that the preset lacks, also an import path,
+    takes the cells of its first tracker."""
+    seeds: Annotated[int | None, arg(metavar="N")] = None
+    """Only the first N seeds: a quick look."""
 
     def run(self) -> int:
         """Exit code 0, or 1 if any trial crashed."""
@@ -76,14 +82,18 @@ class Sweep:
         from experiments.sweep import SweepInterrupted, default_worker_count, run_sweep
 
         require_known("preset", self.preset, PRESETS)
-        preset, out = PRESETS[self.preset], self.out or Path("out") / self.preset
+        if self.seeds is not None and self.seeds < 1:
+            raise ValueError(f"seeds must be 1 or greater, got {self.seeds}")
+        trackers = [name for word in self.trackers for name in word.split(",") if name]
+        preset = PRESETS[self.preset].restricted(trackers, self.seeds)
+        out = self.out or Path("out") / self.preset
         workers = default_worker_count() if self.workers is None else self.workers
         _check_worlds(preset.cells)
         try:
             done = run_sweep(preset, out, workers)
         except SweepInterrupted as interrupt:
             print(f"beltgrasp: {interrupt}; the same command resumes:", file=sys.stderr)
-            print(f"  beltgrasp sweep {preset.name} --out {out}", file=sys.stderr)
+            print(f"  {self._command(out)}", file=sys.stderr)
             return _INTERRUPT_EXIT
         print(f"{done.success_count} of {done.trial_count} grasps succeeded: {done.trials_path}")
         print(f"tables and figures: beltgrasp report {out}")
@@ -93,6 +103,12 @@ class Sweep:
                 file=sys.stderr,
             )
         return _CRASH_EXIT if done.error_count else 0
+
+    def _command(self, out: Path) -> str:
+        words = ["beltgrasp", "sweep", self.preset, "--out", str(out)]
+        words += ["--trackers", *self.trackers] if self.trackers else []
+        words += ["--seeds", str(self.seeds)] if self.seeds is not None else []
+        return shlex.join(words)
 
 
 @dataclass(frozen=True)
@@ -109,6 +125,24 @@ class Report:
         report = write_report(self.folder)
         print(report.text)
         print("\n".join(f"written: {path}" for path in report.paths))
+        return 0
+
+
+@dataclass(frozen=True)
+class Compare:
+    """Says which of two trackers is better: `beltgrasp compare out/filters:igpf out/mine`."""
+
+    first: Annotated[Positional[str], arg(metavar="DIR[:TRACKER]")]
+    """Results folder of a sweep, and the tracker where it holds several."""
+    second: Annotated[Positional[str], arg(metavar="DIR[:TRACKER]")]
+    """The one to compare with; worlds are paired by setting and seed."""
+
+    def run(self) -> int:
+        """Exit code 0, whoever is better."""
+        from experiments.comparison import Contestant, verdict_lines
+
+        lines = verdict_lines(Contestant.parse(self.first), Contestant.parse(self.second))
+        print("\n".join(lines))
         return 0
 
 
@@ -152,6 +186,7 @@ Command: TypeAlias = (
     Annotated[Trial, subcommand("trial")]
     | Annotated[Sweep, subcommand("sweep")]
     | Annotated[Report, subcommand("report")]
+    | Annotated[Compare, subcommand("compare")]
     | Annotated[List, subcommand("list")]
     | Annotated[View, subcommand("view")]
     | Annotated[Otb, subcommand("otb")]

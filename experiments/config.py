@@ -18,7 +18,7 @@ class TrialConfig:
     """Everything that determines one attempt to grasp a moving object."""
 
     tracker: str = "igpf"
-    """Tracker or control arm; `beltgrasp list` names them."""
+    """Tracker, peer or control arm by name (`beltgrasp list`), or import path `module:Class`."""
     speed_mps: float = 0.25
     """Belt speed [m/s]."""
     seed: int = 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -35,6 +35,24 @@ class Preset:
         """
         return tuple(replace(cell, seed=seed) for seed in self.seeds for cell in self.cells)
 
+    def restricted(self, trackers: Sequence[str] = (), seed_count: int | None = None) -> Preset:
+        """The same preset with these trackers and the first seeds only.
+
+        A tracker that the preset does not have takes the cells of its first tracker.
+        """
+        first = self.cells[0].tracker
+        cells = [
+            replace(cell, tracker=tracker)
+            for tracker in trackers
+            for cell in self.cells
+            if cell.tracker == (tracker if self._has(tracker) else first)
+        ]
+        seeds = self.seeds if seed_count is None else self.seeds[:seed_count]
+        return replace(self, cells=tuple(cells) if trackers else self.cells, seeds=seeds)
+
+    def _has(self, tracker: str) -> bool:
+        return any(cell.tracker == tracker for cell in self.cells)
+
 
 def expand(base: TrialConfig | None = None, **axes: Iterable[Any]) -> tuple[TrialConfig, ...]:
     """The product of list-valued axes, the last one fastest.
@@ -47,6 +65,24 @@ def expand(base: TrialConfig | None = None, **axes: Iterable[Any]) -> tuple[Tria
         for values in combinations
     )
 
+
+_PAPER_SPEEDS_MPS = (0.10, 0.15, 0.20, 0.25, 0.50, 0.75, 1.00, 1.25)
+"""The four of [IGPF2021], and on until success ends."""
+
+_STRESS = expand(
+    TrialConfig(speed_mps=0.50),
+    tracker=["igpf", "gpf", "pf"],
+    condition=[
+        *("normal", "dark-4", "switch-4", "flicker-4", "resolution-2", "resolution-3"),
+        *("blur-3", "noise-4", "depth-3", "drops-4", "late-3"),
+    ],
+    motion=["constant", "sine", "stop-and-go"],
+)
+_STRESS_ARMS = expand(
+    TrialConfig(speed_mps=0.50),
+    tracker=["oracle", "oracle-noisy", "static"],
+    motion=["constant", "sine", "stop-and-go"],
+)
 
 _PRESETS = (
     Preset(
@@ -76,6 +112,32 @@ _PRESETS = (
             speed_mps=[0.25, 1.00],
         ),
         tuple(range(5)),
+    ),
+    Preset(
+        "paper",
+        "Tables 3, 5, 6 of [IGPF2021]: three filters, light and resolution, 50 boxes a cell",
+        expand(
+            tracker=["igpf", "gpf", "pf"],
+            condition=["normal", "dark-3", "switch-3", "resolution-2", "resolution-3"],
+            speed_mps=_PAPER_SPEEDS_MPS,
+        )
+        + expand(tracker=["oracle"], speed_mps=_PAPER_SPEEDS_MPS),
+        tuple(range(50)),
+    ),
+    Preset(
+        "speed",
+        "up to where success ends: filters and control arms to 1.5 m/s, 30 boxes a cell",
+        expand(
+            tracker=["igpf", "gpf", "pf", "static", "oracle", "oracle-noisy"],
+            speed_mps=[0.10, 0.25, 0.50, 0.75, 1.00, 1.25, 1.50],
+        ),
+        tuple(range(30)),
+    ),
+    Preset(
+        "stress",
+        "what tells trackers apart: bad conditions on three belt motions, 20 boxes a cell",
+        _STRESS + _STRESS_ARMS,
+        tuple(range(20)),
     ),
     Preset(
         "filters",

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from experiments import records
 from experiments.config import TrialResult
-from experiments.tables import outcome_table, paired_table, success_table
+from experiments.tables import blame_table, outcome_table, paired_table, success_table
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,12 @@ def write_report(folder: Path) -> Report:
 
 
 def _write_tables(folder: Path, results: Sequence[TrialResult]) -> tuple[str, list[Path]]:
-    success, paired = success_table(results), paired_table(results)
+    success = success_table(results)
     paths = success.write(folder, "success")
     paths += outcome_table(results).write(folder, "outcomes")
     text = success.to_text()
-    if paired is not None:
-        paths += paired.write(folder, "paired")
-        text += "\n" + paired.to_text()
+    for name, table in (("paired", paired_table(results)), ("blame", blame_table(results))):
+        if table is not None:
+            paths += table.write(folder, name)
+            text += "\n" + table.to_text()
     return text, paths

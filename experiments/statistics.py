@@ -8,6 +8,8 @@ Sources (95 % two-sided unless told):
     [Newcombe1998] R. G. Newcombe, Improved confidence intervals for the difference between
         binomial proportions based on paired data. Statistics in Medicine 17:2635-2650, 1998;
         method 10.
+    [Connor1987] R. J. Connor, Sample size for testing differences in proportions for the
+        paired-sample design. Biometrics 43:207-211, 1987.
     [Efron1993] B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap. Chapman & Hall, 1993;
         percentile interval.
 """
@@ -23,6 +25,9 @@ BOOTSTRAP_SAMPLES = 10_000
 
 Z_95 = 1.959963984540054
 """Standard normal quantile of 0.975."""
+
+Z_POWER_80 = 0.8416212335729143
+"""Standard normal quantile of 0.8."""
 
 
 def wilson_interval(success_count: int, n: int, z: float = Z_95) -> tuple[float, float]:
@@ -85,6 +90,25 @@ def newcombe_paired_difference(
     low = difference - combined(p1 - low1, high2 - p2)
     high = difference + combined(high1 - p1, p2 - low2)
     return difference, max(-1.0, low), min(1.0, high)
+
+
+def paired_sample_size(first_only: int, second_only: int, n: int) -> int | None:
+    """Pairs that show a difference like the observed one with a power of 80 % at the 5 % level.
+
+    Args:
+        first_only: Pairs in which only the first method succeeded.
+        second_only: Pairs in which only the second method succeeded.
+        n: All pairs.
+
+    Source: [Connor1987], with the observed shares of discordant pairs.
+    Returns: the number of pairs; None where both are equal, which no number would decide.
+    """
+    if first_only == second_only:
+        return None
+    discordant, difference = (first_only + second_only) / n, (first_only - second_only) / n
+    root = Z_95 * math.sqrt(discordant)
+    root += Z_POWER_80 * math.sqrt(discordant - difference**2)
+    return math.ceil(root**2 / difference**2)
 
 
 def _corrected_phi(a: int, b: int, c: int, d: int) -> float:

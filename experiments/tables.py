@@ -11,14 +11,18 @@ from typing import Any, TypeAlias, get_args
 
 import numpy as np
 
+from experiments.comparison import Comparison, world_of
 from experiments.config import Outcome, TrialResult
 from experiments.records import csv_line
-from experiments.statistics import mcnemar_exact, newcombe_paired_difference, wilson_interval
+from experiments.statistics import wilson_interval
 
 TableRow: TypeAlias = dict[str, Any]
 
 REFERENCE_TRACKER = "igpf"
 """The tracker that the others are compared with, world by world."""
+
+ORACLE = "oracle"
+"""The control arm whose failures are nobody's tracking."""
 
 
 @dataclass(frozen=True)
@@ -214,18 +218,44 @@ def paired_table(results: Sequence[TrialResult]) -> Table | None:
 
 
 def _compare(members: Sequence[TrialResult], reference: Sequence[TrialResult]) -> TableRow:
-    """Paired by seed: only worlds that both have met."""
-    expected = {row.seed: row.success for row in reference}
-    pairs = Counter((row.success, expected[row.seed]) for row in members if row.seed in expected)
-    both, neither = pairs[True, True], pairs[False, False]
-    first_only, second_only = pairs[True, False], pairs[False, True]
-    difference, low, high = newcombe_paired_difference(both, first_only, second_only, neither)
+    """Paired: only worlds that both have met."""
+    success, expected = ({world_of(r): r.success for r in rows} for rows in (members, reference))
+    pairs = Comparison.of(success, expected)
+    difference, low, high = pairs.difference
     return {
-        "n": pairs.total(),
-        "tracker_only": first_only,
-        "reference_only": second_only,
+        "n": pairs.n,
+        "tracker_only": pairs.first_only,
+        "reference_only": pairs.second_only,
         "difference": difference,
         "difference_low": low,
         "difference_high": high,
-        "mcnemar_p": mcnemar_exact(first_only, second_only),
+        "mcnemar_p": pairs.p,
     }
+
+
+def blame_table(results: Sequence[TrialResult]) -> Table | None:
+    """Failures by whose they are; None without failures or without the oracle's trials.
+
+    What the oracle grasps in the same world was there to be grasped, so the failure is one of
+    tracking; what it does not is out of the arm's reach or time. The oracle sees no images, so
+    its trials count for every camera, condition, predictor and delay.
+    """
+    graspable = {_belt_world(r): r.success for r in results if r.tracker == ORACLE}
+    keys = cell_keys(results)
+    rows: list[TableRow] = []
+    for cell, members in group_by_cell(results, keys).items():
+        failures = [graspable.get(_belt_world(r)) for r in members if not r.success]
+        if cell[0] == ORACLE or not failures or not graspable:
+            continue
+        counts = Counter(failures)
+        row: TableRow = dict(zip(keys, cell, strict=True)) | {"n": len(members)}
+        shares = {"tracking": counts[True], "arm": counts[False], "unknown": counts[None]}
+        rows.append(row | {"failures": len(failures)} | shares)
+    shown = ("n", "failures", "tracking", "arm", "unknown")
+    columns = [Column(name, lambda row, name=name: str(row[name])) for name in shown]
+    return Table(tuple(rows), (*_key_columns(keys), *columns)) if rows else None
+
+
+def _belt_world(row: TrialResult) -> tuple[Any, ...]:
+    """What the oracle meets: the object, the belt and the seed."""
+    return row.object, row.motion, row.speed_mps, row.seed

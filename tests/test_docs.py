@@ -81,8 +81,8 @@ def commands_of(program: str) -> list[tuple[str, list[str]]]:
 
 
 def is_placeholder(name: str) -> bool:
-    """`NAME`, or `NAME-1` for a condition."""
-    return name.rstrip("-0123456789").isupper()
+    """`NAME`, `NAME-1` for a condition, or the import path of a reader's own tracker."""
+    return name.rstrip("-0123456789").isupper() or ":" in name
 
 
 def check_trial(command: cli.Trial | cli.View) -> int:
@@ -105,6 +105,7 @@ def parser(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.setattr(cli.View, "run", check_trial)
     monkeypatch.setattr(cli.Sweep, "run", check_sweep)
     monkeypatch.setattr(cli.Report, "run", lambda self: 0)
+    monkeypatch.setattr(cli.Compare, "run", lambda self: 0)
     monkeypatch.setattr(cli.List, "run", lambda self: 0)
     monkeypatch.setattr(cli.Otb, "run", lambda self: 0)
     return cli

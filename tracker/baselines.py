@@ -83,10 +83,3 @@ BASELINES: dict[str, Baseline] = {
 """[CSRT2017], [KCF2015], [MIL2009], [Boosting2006], [TLD2012], [MedianFlow2010], [MOSSE2010],
 [ECC2008]. OpenCV's KCF is not the published one: it has no histograms of gradients, and with its
 default threshold it gives up on most images of the usual sequences."""
-
-
-def get_baseline(name: str) -> Baseline:
-    """The named row; ValueError that lists the valid names."""
-    if name not in BASELINES:
-        raise ValueError(f"tracker must be one of {', '.join(BASELINES)}; got {name!r}")
-    return BASELINES[name]

@@ -15,10 +15,10 @@ import numpy as np
 
 from tracker import aff2
 from tracker.base import Status, WarpEstimate
-from tracker.baselines import get_baseline
 from tracker.box_finder import HoldingTracker
 from tracker.box_tracker import box_of_warp, warp_of_box
 from tracker.detection import Detection
+from tracker.outside import get_box_finder
 from tracker.rectify import OverheadImage
 from tracker.registry import TrackerConfig
 from tracker.template import Template
@@ -55,7 +55,7 @@ def make_follower(
     if config.is_static:
         return StaticFollower()
     if config.baseline:
-        tracker = get_baseline(config.baseline).make(rng)
+        tracker = get_box_finder(config.baseline).make(rng)
         return BoxFollower(tracker, template, config.status)
     return FilterFollower(
         TemplateTracker(template, config.filter, config.likelihood, config.status, rng, unit_px)

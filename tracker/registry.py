@@ -11,6 +11,7 @@ from tracker.detection import DetectionConfig
 from tracker.filter import FilterConfig
 from tracker.guide import GuideConfig
 from tracker.likelihood import LikelihoodConfig
+from tracker.outside import get_box_finder, is_outside
 from tracker.particle_box_tracker import VIDEO_FILTER, VIDEO_LIKELIHOOD, BoxTrackerConfig
 from tracker.redetection import RedetectionConfig
 from tracker.refinement import RefinementConfig
@@ -36,7 +37,7 @@ class TrackerConfig:
     is_static: bool = False
     """Hold the first detection instead of tracking."""
     baseline: str = ""
-    """Row of BASELINES that follows the target instead of the filter; empty for none."""
+    """What follows the target instead of the filter: a row of BASELINES or an import path."""
     max_speed_mps: float = 3.0
     """Two detections that would need more than this are not the same target."""
 
@@ -110,7 +111,12 @@ PEERS: dict[str, TrackerConfig] = {
 
 
 def get_tracker_config(name: str) -> TrackerConfig:
-    """The named configuration, a peer's among them; ValueError that lists the valid names."""
+    """The named configuration, a peer's or that of a tracker from outside among them.
+
+    Raises ValueError that lists the valid names.
+    """
+    if is_outside(name):
+        return TrackerConfig(description=get_box_finder(name).description, baseline=name)
     rows = TRACKERS | PEERS
     if name not in rows:
         raise ValueError(f"tracker must be one of {', '.join(rows)}; got {name!r}")

@@ -48,7 +48,7 @@ class Run:
     out: Annotated[Path, arg(metavar="DIR")]
     """Results folder."""
     trackers: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ("pf", "gpf", "igpf")
-    """Video trackers, with commas or spaces between; `beltgrasp list` names them."""
+    """Video trackers by name (`beltgrasp list`) or import path, with commas or spaces between."""
     protocol: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ("ope",)
     """Any of ope, tre and sre, with commas or spaces between."""
     seeds: Annotated[int, arg(metavar="N")] = 1

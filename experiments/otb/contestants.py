@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from experiments.catalogue import require_known
 from tracker.baselines import BASELINES, Baseline
 from tracker.box_tracker import BoxTracker
+from tracker.outside import get_box_finder, is_outside, source_of
 from tracker.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker
 from tracker.readings import READINGS
 from tracker.registry import BOX_TRACKERS
@@ -34,6 +36,15 @@ def _particle_filter(config: BoxTrackerConfig) -> Contestant:
 
 def _peer(baseline: Baseline) -> Contestant:
     return Contestant(baseline.description, baseline.make, baseline.is_random)
+
+
+def get_contestant(name: str) -> Contestant:
+    """The row of that name, or the tracker at that import path; ValueError for neither."""
+    if is_outside(name):
+        found = get_box_finder(name)
+        return Contestant(found.description, found.make, settings=source_of(name))
+    require_known("tracker", name, CONTESTANTS)
+    return CONTESTANTS[name]
 
 
 CONTESTANTS: dict[str, Contestant] = {

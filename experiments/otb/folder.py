@@ -10,7 +10,7 @@ from typing import Any
 
 from experiments import manifest
 from experiments.manifest import OTHER_FOLDER
-from experiments.otb.contestants import CONTESTANTS
+from experiments.otb.contestants import get_contestant
 
 
 def open_manifest(out: Path, root: Path, trackers: Sequence[str], workers: int) -> None:
@@ -48,4 +48,4 @@ def _identity(out: Path, root: Path) -> dict[str, Any]:
 
 
 def _settings_hash(tracker: str) -> str:
-    return hashlib.sha256(CONTESTANTS[tracker].settings.encode()).hexdigest()[:16]
+    return hashlib.sha256(get_contestant(tracker).settings.encode()).hexdigest()[:16]

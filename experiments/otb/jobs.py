@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.otb.contestants import CONTESTANTS
+from experiments.otb.contestants import get_contestant
 from experiments.otb.images import SequenceError
 from experiments.otb.protocols import Run, runs_of
 from experiments.otb.sequences import VideoSequence
@@ -60,7 +60,7 @@ def plan(
             jobs += [
                 Job(sequence.name, sequence.ground_truth, tracker, protocol, seed, frame_count)
                 for tracker in trackers
-                for seed in range(seed_count if CONTESTANTS[tracker].is_random else 1)
+                for seed in range(seed_count if get_contestant(tracker).is_random else 1)
             ]
     return jobs, complaints
 

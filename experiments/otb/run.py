@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from experiments.catalogue import require_known
 from experiments.otb import folder
-from experiments.otb.contestants import CONTESTANTS
+from experiments.otb.contestants import get_contestant
 from experiments.otb.images import SequenceError
 from experiments.otb.jobs import Job, plan
 from experiments.otb.protocols import PROTOCOLS
@@ -42,7 +42,7 @@ class OtbRun:
 
     def __post_init__(self) -> None:
         for tracker in self.trackers:
-            require_known("tracker", tracker, CONTESTANTS)
+            get_contestant(tracker)
         for protocol in self.protocols:
             require_known("protocol", protocol, PROTOCOLS)
         for name in ("trackers", "protocols"):

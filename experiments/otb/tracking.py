@@ -17,7 +17,7 @@ import numpy as np
 
 from experiments import records, seeding
 from experiments.otb.affine_scores import AffineReferee, AffineRow
-from experiments.otb.contestants import CONTESTANTS
+from experiments.otb.contestants import get_contestant
 from experiments.otb.images import SequenceError
 from experiments.otb.jobs import Job
 from experiments.otb.protocols import Run, runs_of
@@ -94,7 +94,7 @@ class Lane:
         rng = seeding.generator(job.seed, seeding.Stream.VIDEO, place)
         truth, box = sequence.affine, run.box - _ONE
         referee = None if truth is None else AffineReferee(truth, run.name, run.first, box)
-        return cls(run, CONTESTANTS[job.tracker].make(rng), referee)
+        return cls(run, get_contestant(job.tracker).make(rng), referee)
 
     def start(self, image: np.ndarray, sequence: VideoSequence, tracker: str) -> None:
         """Gives the tracker its box; SequenceError where it sees nothing to track there."""

@@ -49,7 +49,7 @@ def complain(capsys, *arguments):
 def test_help_names_every_command(capsys):
     assert cli.run(["--help"]) == 0
     text = capsys.readouterr().out
-    for command in ("trial", "sweep", "report", "list", "view", "otb"):
+    for command in ("trial", "sweep", "report", "compare", "list", "view", "otb"):
         assert f"• {command}" in text
 
 
@@ -93,13 +93,17 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("trial --predictor none", "predictor must be one of kalman; got 'none'"),
         (
             "sweep lop",
-            "preset must be one of demo, smoke, loop, predictors, filters; got 'lop'",
+            "preset must be one of demo, smoke, loop, predictors, paper, speed, stress,",
         ),
+        ("sweep demo --seeds 0", "seeds must be 1 or greater, got 0"),
+        ("sweep demo --trackers igfp", "tracker must be one of igpf, pf, oracle, csrt; got 'igfp'"),
+        ("trial --tracker absent:It", "tracker 'absent:It': No module named 'absent'"),
         ("sweep demo --workers 0", "workers must be 1 or greater, got 0"),
         ("sweep", "Missing from beltgrasp sweep: PRESET Name of the preset"),
         ("swep demo", "Unrecognized options: swep, demo; Available subcommands: trial, sweep"),
-        ("", "Expected one of {trial, sweep, report, list, view, otb}."),
+        ("", "Expected one of {trial, sweep, report, compare, list, view, otb}."),
         ("report nowhere", "nowhere/trials.csv is missing or empty"),
+        ("compare nowhere:igpf there", "nowhere/trials.csv is missing or empty"),
     ],
 )
 def test_what_the_user_got_wrong_is_one_line(

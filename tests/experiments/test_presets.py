@@ -40,6 +40,23 @@ def test_empty_and_repeated_axes_are_refused(cells, seeds):
         Preset("p", "", cells, seeds)
 
 
+def test_a_preset_is_restricted_to_trackers_and_seeds():
+    preset = Preset("p", "", expand(tracker=["igpf", "oracle"], speed_mps=[0.1, 0.5]), (0, 1, 2))
+    assert preset.restricted() == preset
+    small = preset.restricted(["oracle"], 2)
+    assert {(t.tracker, t.seed) for t in small.trials} == {("oracle", 0), ("oracle", 1)}
+
+
+def test_a_new_tracker_takes_the_cells_of_the_first():
+    cells = expand(tracker=["igpf"], speed_mps=[0.1, 0.5]) + expand(tracker=["oracle"])
+    own = Preset("p", "", cells, (0,)).restricted(["my.own:Tracker", "oracle"])
+    assert [(c.tracker, c.speed_mps) for c in own.cells] == [
+        ("my.own:Tracker", 0.1),
+        ("my.own:Tracker", 0.5),
+        ("oracle", 0.25),
+    ]
+
+
 @pytest.mark.parametrize("name", PRESETS)
 def test_every_preset_has_its_name_and_distinct_trials(name):
     preset = PRESETS[name]

@@ -8,6 +8,7 @@ from experiments.statistics import (
     bootstrap_gain,
     mcnemar_exact,
     newcombe_paired_difference,
+    paired_sample_size,
     wilson_interval,
 )
 
@@ -90,3 +91,20 @@ def test_a_bootstrap_gain_is_that_of_the_means_with_its_interval():
 def test_a_reference_that_scores_nothing_has_no_gain_over_it():
     gain, _, _ = bootstrap_gain([0.5, 0.5], [0.0, 0.0], np.random.default_rng(0))
     assert gain == np.inf
+
+
+def test_paired_sample_size_by_hand():
+    """Shares .2 and .1: (1.96 sqrt(.3) + .8416 sqrt(.29))^2 / .1^2 = 233.1."""
+    assert paired_sample_size(20, 10, 100) == 234
+    assert paired_sample_size(10, 20, 100) == 234
+    assert paired_sample_size(2, 1, 10) == 234
+    assert paired_sample_size(3, 3, 50) is None
+
+
+def test_paired_sample_size_has_its_power():
+    """With that many pairs, about 80 % of experiments reject equality."""
+    n = paired_sample_size(20, 10, 100)
+    rng = np.random.default_rng(0)
+    counts = rng.multinomial(n, [0.2, 0.1, 0.7], size=2000)
+    rejected = np.mean([mcnemar_exact(int(b), int(c)) < 0.05 for b, c, _ in counts])
+    assert 0.74 < rejected < 0.84

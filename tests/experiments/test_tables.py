@@ -6,6 +6,7 @@ import pytest
 from experiments.config import TrialConfig
 from experiments.presets import Preset, expand
 from experiments.tables import (
+    blame_table,
     cell_keys,
     outcome_table,
     paired_table,
@@ -106,6 +107,29 @@ def test_pairs_are_matched_by_seed(make_row):
 
 def test_there_are_no_pairs_without_the_reference(make_row):
     assert paired_table([make_row(TrialConfig(tracker="pf"))]) is None
+
+
+def test_a_failure_is_the_tracker_s_where_the_oracle_succeeds(make_row):
+    """Seed 0 both, 1 the tracker fails, 2 both fail, 3 the oracle did not try."""
+    ends = {"oracle": (True, True, False), "igpf": (True, False, False, False)}
+    rows = [
+        make_row(
+            TrialConfig(
+                tracker=name, seed=seed, condition="normal" if name == "oracle" else "dark-3"
+            ),
+            outcome="success" if success else "missed",
+            success=success,
+        )
+        for name, successes in ends.items()
+        for seed, success in enumerate(successes)
+    ]
+    table = blame_table(rows)
+    assert table is not None
+    (row,) = table.rows
+    named = ("tracker", "n", "failures", "tracking", "arm", "unknown")
+    assert tuple(row[name] for name in named) == ("igpf", 4, 3, 1, 1, 1)
+    assert blame_table([row for row in rows if row.tracker != "oracle"]) is None
+    assert blame_table([row for row in rows if row.success]) is None
 
 
 def test_numbers_have_one_format():

@@ -14,7 +14,8 @@ from films import BOX, STEP_PX, digest, film, follow
 
 from tracker import baselines
 from tracker.base import Status
-from tracker.baselines import BASELINES, get_baseline
+from tracker.baselines import BASELINES
+from tracker.outside import get_box_finder
 from tracker.registry import get_tracker_config
 
 HERE = Path(__file__).resolve().parent
@@ -134,17 +135,17 @@ def test_a_box_over_the_border_is_cut_off():
 
 def test_what_is_not_installed_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr(baselines, "find_in_opencv", lambda path: None)
-    row = get_baseline("csrt")
+    row = get_box_finder("csrt")
     assert not row.is_available
     with pytest.raises(ValueError, match=r"no TrackerCSRT; `make peers`") as raised:
         row.make(np.random.default_rng(0))
     assert "\n" not in str(raised.value)
-    assert get_baseline("ecc").is_available
+    assert get_box_finder("ecc").is_available
 
 
 def test_an_unknown_name_lists_the_valid_ones():
     with pytest.raises(ValueError, match=r"csrt.*template.*'goturn'"):
-        get_baseline("goturn")
+        get_box_finder("goturn")
 
 
 @pytest.mark.parametrize("name", BASELINES)
