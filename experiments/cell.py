@@ -44,7 +44,9 @@ class Cell:
         """The task with its ground truth."""
         return self.environment.task
 
-    _templates: dict[tuple[int, int], Template] = field(default_factory=dict)
+    _templates: dict[tuple[int, int], Template] = field(
+        default_factory=dict[tuple[int, int], Template]
+    )
 
     @property
     def template(self) -> Template:

@@ -15,9 +15,11 @@ BELTGRASP = [sys.executable, "-m", "experiments.cli"]
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def beltgrasp(*arguments: str | Path, check: bool = True) -> subprocess.CompletedProcess[str]:
+def beltgrasp(
+    *arguments: str | Path, check: bool = True, cwd: Path = ROOT
+) -> subprocess.CompletedProcess[str]:
     command = [*BELTGRASP, *map(str, arguments)]
-    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    run = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
     assert not check or run.returncode == 0, run.stderr
     assert "Traceback" not in run.stderr, run.stderr
     return run
@@ -106,3 +108,9 @@ def test_mistakes_get_one_line(arguments, message):
     run = beltgrasp(*arguments, check=False)
     assert run.returncode == 2
     assert message in run.stderr
+
+
+def test_the_tracker_of_the_guide_grasps_in_the_loop():
+    folder = ROOT / "docs" / "examples"
+    run = beltgrasp("trial", "--tracker", "corner_flow:CornerFlow", "--json", cwd=folder)
+    assert json.loads(run.stdout)["outcome"] == "success"
