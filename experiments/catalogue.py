@@ -62,14 +62,13 @@ def _peers() -> dict[str, str]:
 def check_names(config: TrialConfig) -> None:
     """Raises ValueError for the first name that no registry holds, or that is not installed."""
     from sim.degradations import get_condition
+    from tracker.outside import get_box_finder, is_outside
 
     names = catalogue()
     trackers = [*names["trackers"], *names["control arms"], *names["peers"]]
-    if ":" not in config.tracker:
+    if not is_outside(config.tracker):
         require_known("tracker", config.tracker, trackers)
-    if ":" in config.tracker or config.tracker in names["peers"]:
-        from tracker.outside import get_box_finder
-
+    if is_outside(config.tracker) or config.tracker in names["peers"]:
         get_box_finder(config.tracker).require_available()
     for field in ("camera", "object", "motion", "predictor"):
         require_known(field, getattr(config, field), names[f"{field}s"])

@@ -44,17 +44,19 @@ class Cell:
         """The task with its ground truth."""
         return self.environment.task
 
-    _templates: dict[tuple[int, int], Template] = field(
-        default_factory=dict[tuple[int, int], Template]
+    _templates: dict[tuple[int, int, bool], Template] = field(
+        default_factory=dict[tuple[int, int, bool], Template]
     )
+    """By all of the condition that shows in a picture taken in normal light."""
 
     @property
     def template(self) -> Template:
         """The object's reference picture; taking it disturbs the world, so before a reset."""
-        size = self.task.condition.width_px, self.task.condition.height_px
-        if size not in self._templates:
-            self._templates[size] = reference_template(self.task, self.environment.physics)
-        return self._templates[size]
+        condition = self.task.condition
+        key = condition.width_px, condition.height_px, condition.shadows
+        if key not in self._templates:
+            self._templates[key] = reference_template(self.task, self.environment.physics)
+        return self._templates[key]
 
     def read_truth(self) -> Truth:
         """The target as the simulator knows it: for scoring and for the oracle arms alone."""

@@ -18,7 +18,7 @@ import tyro
 from tyro.conf import Positional, arg, subcommand
 
 from experiments.config import TrialConfig
-from experiments.otb.commands import Otb
+from experiments.otb.commands import Otb, split_names
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
@@ -84,8 +84,7 @@ class Sweep:
         require_known("preset", self.preset, PRESETS)
         if self.seeds is not None and self.seeds < 1:
             raise ValueError(f"seeds must be 1 or greater, got {self.seeds}")
-        trackers = [name for word in self.trackers for name in word.split(",") if name]
-        preset = PRESETS[self.preset].restricted(trackers, self.seeds)
+        preset = PRESETS[self.preset].restricted(split_names(self.trackers), self.seeds)
         out = self.out or Path("out") / self.preset
         workers = default_worker_count() if self.workers is None else self.workers
         _check_worlds(preset.cells)

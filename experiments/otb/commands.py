@@ -34,7 +34,7 @@ class Make:
 
         gl_renderer()
         workers = default_worker_count() if self.workers is None else self.workers
-        names = make_benchmark(self.out, _words(self.only), self.seed, workers)
+        names = make_benchmark(self.out, split_names(self.only), self.seed, workers)
         print(f"{len(names)} sequence{'s' if len(names) > 1 else ''}: {self.out}")
         return 0
 
@@ -66,12 +66,12 @@ class Run:
         from experiments.otb.selection import read_list
         from experiments.sweep import default_worker_count
 
-        wanted = [(word, "--only") for word in _words(self.only)]
+        wanted = [(word, "--only") for word in split_names(self.only)]
         wanted += [] if self.list is None else read_list(self.list)
         request = OtbRun(
             root=self.root,
-            trackers=_words(self.trackers),
-            protocols=_words(self.protocol),
+            trackers=split_names(self.trackers),
+            protocols=split_names(self.protocol),
             seed_count=self.seeds,
             wanted=tuple(wanted),
         )
@@ -130,7 +130,7 @@ class Otb:
         return self.command.run()
 
 
-def _words(values: Iterable[str]) -> tuple[str, ...]:
+def split_names(values: Iterable[str]) -> tuple[str, ...]:
     """The words in the values, each once; commas are as good as spaces."""
     return tuple(
         dict.fromkeys(word for value in values for word in value.replace(",", " ").split())

@@ -34,3 +34,11 @@ def test_coarse_picture_is_the_mean_of_what_each_pixel_covers(sharp, monkeypatch
     alike = [np.corrcoef(expected.ravel(), p[inside].ravel())[0, 1] for p in (many, single)]
     assert alike[0] > 0.95
     assert alike[0] > alike[1]
+
+
+def test_template_is_that_of_the_condition_whatever_was_tried_before():
+    """One cell serves many conditions; a row must not depend on the order of the trials."""
+    shaded = make_cell(TrialConfig(condition="shadows-1"), has_camera=True).template
+    plain = make_cell(TrialConfig(), has_camera=True).template
+    assert plain is not shaded
+    assert np.array_equal(plain.picture, picture("normal"))
