@@ -81,6 +81,7 @@ def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
             object=config.object,
             camera=config.camera,
             has_camera=has_camera,
+            observes_camera=False,
             condition=config.condition,
             camera_rate_hz=config.camera_rate_hz,
             delay_s=config.delay_s,

@@ -14,6 +14,7 @@ from experiments.trace import ControlSample, EstimateSample, TrialTrace
 from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, servo_error
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
+from sim.sensor import Frame
 from sim.task import CONTROL_HZ, Episode
 from tracker.perception import TargetObservation
 
@@ -38,10 +39,10 @@ class Loop:
             GraspConfig(), 1.0 / CONTROL_HZ, config.gripper_delay_s, cell.servo.T_world_tcp
         )
         self.command: GraspCommand | None = None
-        self.image: np.ndarray | None = None
-        """(h, w, 3) uint8, the image that perception has seen last; None without a camera."""
-        self.spent_s = {"track": 0.0, "servo": 0.0, "world": 0.0}
-        """Wall-clock time so far; rendering is part of the world."""
+        self.frame: Frame | None = None
+        """The image that perception has seen last; None without a camera."""
+        self.spent_s = {"render": 0.0, "track": 0.0, "servo": 0.0, "world": 0.0}
+        """Wall-clock time so far."""
         self.has_entered_view, self.entered_view_s = False, 0.0
         self._trial_id = config.trial_id
 
@@ -59,21 +60,22 @@ class Loop:
 
     def step(self) -> None:
         """Sees, decides, moves, and lets the world go on by one control step."""
-        now, seen, servo = self.time_s, self._timestep.observation, self.cell.servo
-        self.image = seen.get("camera/rgb")
-        t0 = time.perf_counter()
-        estimate = None if self.grasp.has_gripped else self.perception.update(seen)
+        now, task, servo = self.time_s, self.cell.task, self.cell.servo
+        if task.config.has_camera:
+            self.frame = task.frame(self.cell.environment.physics)
+        t0, rendered_s = time.perf_counter(), task.rendering_s
+        estimate = None if self.grasp.has_gripped else self.perception.update(self.frame)
         target = self.perception.predict(now)
+        rendered_s = task.rendering_s - rendered_s
         t1 = time.perf_counter()
-        hand = servo.T_world_tcp
-        self.command = self.grasp.step(
-            now, target, self.perception.pose_count, hand, float(seen["robot/width_m"])
-        )
+        hand, width_m = servo.T_world_tcp, float(self._timestep.observation["robot/width_m"])
+        self.command = self.grasp.step(now, target, self.perception.pose_count, hand, width_m)
         q, qd = servo.step(self.command.T_world_tcp, self.command.twist)
         t2 = time.perf_counter()
         self._remember(now, estimate, target, hand)
         self._timestep = self.cell.environment.step(np.concatenate([q, qd, [self.command.width_m]]))
-        self.spent_s["track"] += t1 - t0
+        self.spent_s["render"] += rendered_s
+        self.spent_s["track"] += t1 - t0 - rendered_s
         self.spent_s["servo"] += t2 - t1
         self.spent_s["world"] += time.perf_counter() - t2
 
@@ -100,6 +102,7 @@ class Loop:
             trial_id=self._trial_id,
             wall_s=time.perf_counter() - self._started,
             simulated_s=self.time_s,
+            render_ms_per_image=1e3 * self.spent_s["render"] / images if images else None,
             track_ms_per_image=1e3 * self.spent_s["track"] / images if images else None,
             servo_ms_per_step=1e3 * self.spent_s["servo"] / steps,
             world_ms_per_step=1e3 * self.spent_s["world"] / steps,

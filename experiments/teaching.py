@@ -17,6 +17,7 @@ import numpy as np
 from sim.conveyor import BELT_CENTRE_X_M
 from sim.robot import HOME_Q_RAD, STROKE_M
 from sim.task import ConveyorGrasp
+from tracker.image import ArrayImage
 from tracker.rectify import OverheadView
 from tracker.template import Template
 
@@ -44,17 +45,18 @@ def _picture_at(task: ConveyorGrasp, physics: Any, x_m: float, y_m: float) -> np
         task.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
         task.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
     rgb, _ = task.render(physics, "sensor")
+    photograph = ArrayImage(rgb, None, time_s=0.0)
     length, width, height = task.prop.spec.size_m
     view = OverheadView(
         K=task.K,
         T_world_camera=task.view.T_world_camera,
-        image_shape_px=rgb.shape[:2],
+        image_shape_px=photograph.shape_px,
         plane_z_m=height,
         x_range_m=(x_m - 0.5 * width, x_m + 0.5 * width),
         y_range_m=(y_m - 0.5 * length, y_m + 0.5 * length),
         m_per_px=PICTURE_M_PER_PX,
     )
-    return view.rectify(rgb, None).grey
+    return view.rectify(photograph).grey
 
 
 def reference_template(task: ConveyorGrasp, physics: Any) -> Template:

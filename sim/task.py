@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections import deque
@@ -22,7 +23,7 @@ from sim.objects import Prop, get_object
 from sim.referee import Referee
 from sim.robot import HOME_Q_RAD, STROKE_M, Robot
 from sim.scenario import Scenario, ScenarioRange
-from sim.sensor import Frame, Image, Sensor
+from sim.sensor import Develop, Frame, Image, Sensor
 
 PHYSICS_HZ = 480
 CONTROL_HZ = 120
@@ -51,6 +52,9 @@ class TaskConfig:
     """Speed of the opening, both fingers together."""
     has_camera: bool = True
     """Without a camera nothing is rendered; for control arms that see no image."""
+    observes_camera: bool = True
+    """Whether images are among the observations; without, `ConveyorGrasp.frame` has the newest,
+    and only what somebody looks at is rendered."""
 
     def __post_init__(self) -> None:
         get_object(self.object)
@@ -135,6 +139,9 @@ class ConveyorGrasp(composer.Task):
         self.config = config
         self.condition: Condition = get_condition(config.condition)
         self._sensor = self._make_sensor(np.random.default_rng(0))
+        for name, observed in self._observables.items():
+            is_seen = config.has_camera and config.observes_camera
+            observed.enabled = is_seen or not name.startswith("camera/")
         if self._renderer is not None:
             self._renderer.resize(self.condition.width_px, self.condition.height_px)
 
@@ -215,13 +222,29 @@ class ConveyorGrasp(composer.Task):
 
     # The parts.
 
-    def render(self, physics: Any, camera: str) -> tuple[np.ndarray, np.ndarray]:
+    def render(self, physics: Any, camera: str) -> Image:
         """Noise-free colours and depth of the `sensor` or the `studio` camera."""
+        rows, columns = self.condition.height_px, self.condition.width_px
+        return self.expose(physics, camera)((slice(0, rows), slice(0, columns)))
+
+    def expose(self, physics: Any, camera: str) -> Develop:
+        """What the `sensor` or the `studio` camera sees now; its pixels are rendered on demand."""
         if self._renderer is None:
             raise ValueError("has_camera is False: this task renders nothing")
-        return self._renderer.render(
+        exposure = self._renderer.expose(
             physics.model.ptr, physics.data.ptr, camera, shadows=self.condition.shadows
         )
+        return functools.partial(self._renderer.develop, exposure)
+
+    def frame(self, physics: Any) -> Frame:
+        """The image of the sensor that has arrived last; a black one before the first."""
+        self._look(physics)  # at time 0 no physics step has let the camera look
+        return self._sensor.newest(float(physics.data.time))
+
+    @property
+    def rendering_s(self) -> float:
+        """Wall-clock time of all rendering so far."""
+        return self._renderer.spent_s if self._renderer else 0.0
 
     @property
     def K(self) -> np.ndarray:
@@ -273,33 +296,26 @@ class ConveyorGrasp(composer.Task):
         return Sensor(self.condition, c.camera_rate_hz, c.delay_s, PHYSICS_HZ, rng)
 
     def _make_observables(self) -> dict[str, observable.Observable]:
-        sensor = {
-            "camera/rgb": lambda physics: self._newest(physics).rgb,
-            "camera/depth_m": lambda physics: self._newest(physics).depth_m,
-            "camera/time_s": lambda physics: self._newest(physics).time_s,
-            "camera/count": lambda physics: self._newest(physics).count,
-        }
-        robot = {
+        read = {
+            "camera/rgb": lambda physics: self.frame(physics).whole[0],
+            "camera/depth_m": lambda physics: self.frame(physics).whole[1],
+            "camera/time_s": lambda physics: self.frame(physics).time_s,
+            "camera/count": lambda physics: self.frame(physics).count,
             "robot/q_rad": self.robot.q,
             "robot/qd_radps": self.robot.qd,
             "robot/width_m": self.robot.width_m,
         }
-        made: dict[str, observable.Observable] = {}
-        for name, read in (sensor | robot).items():
-            made[name] = observable.Generic(read, update_interval=PHYSICS_HZ // CONTROL_HZ)
-            made[name].enabled = name in robot or self.config.has_camera
-        return made
-
-    def _newest(self, physics: Any) -> Frame:
-        """The image that has arrived last; at time 0 no physics step has let the camera look."""
-        self._look(physics)
-        return self._sensor.newest(float(physics.data.time))
+        interval = PHYSICS_HZ // CONTROL_HZ
+        return {
+            name: observable.Generic(function, update_interval=interval)
+            for name, function in read.items()
+        }
 
     def _look(self, physics: Any) -> None:
-        def photograph() -> Image:
+        def expose() -> Develop:
             target_y_m = float(physics.bind(self.prop.body).xpos[1])
             self.set_light_scale(physics, self.condition.light(time_s, target_y_m))
-            return self.render(physics, "sensor")
+            return self.expose(physics, "sensor")
 
         time_s = float(physics.data.time)
-        self._sensor.look(time_s, photograph)
+        self._sensor.look(time_s, expose)
