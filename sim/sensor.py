@@ -170,8 +170,12 @@ class SensorNoise:
 
     def draw(self) -> FrameNoise:
         """The noise of the next image."""
-        pictures = self._colour, self._depth, self._holes
-        return FrameNoise(*map(self._part, pictures), self._std_of_level)
+        return FrameNoise(
+            colour=self._part(self._colour),
+            depth_m=self._part(self._depth),
+            is_hole=self._part(self._holes),
+            std_of_level=self._std_of_level,
+        )
 
     def _part(self, picture: np.ndarray | None) -> np.ndarray | None:
         """A part of a noise picture, as large as the image."""

@@ -181,7 +181,7 @@ class ConveyorGrasp(composer.Task):
         self._sensor = self._make_sensor(episode.sensor_rng)
         self._gripper = _Gripper(self.config.gripper_delay_s, self.config.finger_speed_mps)
         self.set_light_scale(physics, self.condition.light(0.0, self.scenario.start_y_m))
-        self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+        self.clear(physics)
         s = self.scenario
         x_m = BELT_CENTRE_X_M + s.offset_m
         self.place_object(physics, x_m=x_m, y_m=s.start_y_m, yaw_rad=s.yaw_rad)
@@ -254,6 +254,11 @@ class ConveyorGrasp(composer.Task):
     def set_light_scale(self, physics: Any, scale: float) -> None:
         """Brightness of the cell, 1 being normal."""
         self._arena.set_light_scale(physics, scale)
+
+    def clear(self, physics: Any) -> None:
+        """Opens the hand at home and draws the belt at its mark, as every episode begins."""
+        self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+        self._conveyor.rewind(physics)
 
     def place_object(self, physics: Any, *, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Lays the object on the belt, at rest."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Protocol, TypeAlias
+from typing import Protocol, TypeAlias, cast
 
 import numpy as np
 
@@ -37,24 +36,26 @@ class CameraImage(Protocol):
 class ArrayImage:
     """A `CameraImage` that exists as a whole; one that is no picture has no pixels."""
 
-    rgb: np.ndarray
+    rgb: object
     """(h, w, 3) uint8."""
-    depth_m: np.ndarray | None
+    depth_m: object
     """(h, w) along the optical axis; another shape counts as none."""
-    time_s: float
+    time_s: float = 0.0
 
-    @cached_property
+    @property
     def shape_px(self) -> tuple[int, int]:
         """See `CameraImage`."""
-        is_picture = (
-            isinstance(self.rgb, np.ndarray)
-            and self.rgb.dtype == np.uint8
-            and self.rgb.ndim == 3
-            and self.rgb.shape[2] == 3
-        )
-        return self.rgb.shape[:2] if is_picture else (0, 0)
+        rgb = _array(self.rgb)
+        is_picture = rgb.dtype == np.uint8 and rgb.ndim == 3 and rgb.shape[2] == 3
+        return rgb.shape[:2] if is_picture else (0, 0)
 
     def crop(self, window: Window, /) -> tuple[np.ndarray, np.ndarray | None]:
         """See `CameraImage`."""
-        has_depth = isinstance(self.depth_m, np.ndarray) and self.depth_m.shape == self.shape_px
-        return self.rgb[window], self.depth_m[window] if has_depth else None
+        depth_m = _array(self.depth_m)
+        has_depth = depth_m.shape == self.shape_px
+        return _array(self.rgb)[window], depth_m[window] if has_depth else None
+
+
+def _array(value: object) -> np.ndarray:
+    """The value, or an empty array if it is none."""
+    return cast(np.ndarray, value) if isinstance(value, np.ndarray) else np.empty(0)

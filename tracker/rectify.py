@@ -147,7 +147,7 @@ class OverheadView:
         if depth_m is None:
             return
         depth = cv2.remap(
-            np.asarray(depth_m, np.float32), nearest[region] - origin, None, cv2.INTER_NEAREST
+            np.asarray(depth_m, np.float32), nearest[region] - origin, _NONE, cv2.INTER_NEAREST
         )
         with np.errstate(invalid="ignore"):
             is_known = depth > 0
@@ -223,5 +223,8 @@ def _area(window: Window) -> int:
 
 _MARGIN_PX = 1
 """Bilinear sampling reads the neighbours."""
+
+_NONE = np.empty((0, 0), np.uint16)
+"""Fractions of pixels where the nearest one counts."""
 
 _NEIGHBOURHOOD = np.ones((3, 3), np.uint8)

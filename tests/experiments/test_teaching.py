@@ -7,6 +7,9 @@ import pytest
 from experiments import teaching
 from experiments.cell import make_cell
 from experiments.config import TrialConfig
+from sim.motions import ConstantSpeed
+from sim.scenario import Scenario
+from sim.task import Episode
 
 
 def picture(condition: str) -> np.ndarray:
@@ -42,3 +45,14 @@ def test_template_is_that_of_the_condition_whatever_was_tried_before():
     plain = make_cell(TrialConfig(), has_camera=True).template
     assert plain is not shaded
     assert np.array_equal(plain.picture, picture("normal"))
+
+
+def test_template_does_not_know_where_the_belt_had_stopped(sharp):
+    """A row must not depend on what ran before it in the same process."""
+    cell = make_cell(TrialConfig(), has_camera=True)
+    scenario = Scenario(ConstantSpeed(1.0), -0.8, 0.0, 0.3)
+    cell.task.next_episode = Episode(scenario, np.random.default_rng(0))
+    cell.environment.reset()
+    for _ in range(11):
+        cell.environment.step(np.concatenate([cell.servo.q, np.zeros(6), [0.11]]))
+    assert np.array_equal(picture("normal"), sharp)

@@ -32,7 +32,7 @@ def test_same_trial_gives_the_same_row_whatever_ran_before(igpf_row):
     assert trial.run_trial(IGPF)[0] == igpf_row
 
 
-def test_tracker_sees_observations_only(monkeypatch):
+def test_tracker_sees_images_only(monkeypatch):
     """With the simulator's truth out of reach, the row of a tracker stays the same."""
     cell = make_cell(IGPF, has_camera=True)
     loop = Loop(IGPF, cell)
@@ -43,7 +43,7 @@ def test_tracker_sees_observations_only(monkeypatch):
 
     monkeypatch.setattr(Cell, "read_truth", forbidden)
     for _ in range(30):
-        loop.perception.update(loop._timestep.observation)
+        loop.perception.update(cell.task.frame(cell.environment.physics))
         loop.perception.predict(loop.time_s)
         action = np.concatenate([cell.servo.q, np.zeros(6), [0.11]])
         loop._timestep = cell.environment.step(action)

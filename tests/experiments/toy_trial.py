@@ -86,6 +86,7 @@ def run_trial(
         trial_id=config.trial_id,
         wall_s=time.perf_counter() % 1.0,
         simulated_s=row.simulated_s,
+        render_ms_per_image=None,
         track_ms_per_image=None,
         servo_ms_per_step=0.1,
         world_ms_per_step=0.2,
