@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from experiments import config, trial
+from experiments import cell, config, trial
 from experiments.cell import Cell, Truth, make_cell
 from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.perception import NoisyOracle, Oracle, Seeing
-from sim import task
+from sim import environment, task
 from tracker.prediction import make_predictor
 
 IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
@@ -34,8 +34,8 @@ def test_same_trial_gives_the_same_row_whatever_ran_before(igpf_row):
 
 def test_tracker_sees_images_only(monkeypatch):
     """With the simulator's truth out of reach, the row of a tracker stays the same."""
-    cell = make_cell(IGPF, has_camera=True)
-    loop = Loop(IGPF, cell)
+    world = make_cell(IGPF, has_camera=True)
+    loop = Loop(IGPF, world)
     assert isinstance(loop.perception, Seeing)
 
     def forbidden(*_: object) -> Truth:
@@ -43,10 +43,10 @@ def test_tracker_sees_images_only(monkeypatch):
 
     monkeypatch.setattr(Cell, "read_truth", forbidden)
     for _ in range(30):
-        loop.perception.update(cell.task.frame(cell.environment.physics))
+        loop.perception.update(world.task.frame(world.environment.physics))
         loop.perception.predict(loop.time_s)
-        action = np.concatenate([cell.servo.q, np.zeros(6), [0.11]])
-        loop._timestep = cell.environment.step(action)
+        action = np.concatenate([world.servo.q, np.zeros(6), [0.11]])
+        loop._timestep = world.environment.step(action)
     assert loop.perception.last is not None
 
 
@@ -55,7 +55,9 @@ def test_oracle_lifts_the_box_and_renders_nothing():
     assert row.clean_success and row.gl_renderer == "none"
 
 
-def test_a_still_belt_ends_in_a_timeout_not_in_an_exception():
+def test_a_still_belt_ends_in_a_timeout_not_in_an_exception(monkeypatch):
+    monkeypatch.setattr(environment, "TIME_LIMIT_S", 2.0)
+    monkeypatch.setattr(cell, "_compiled", cell._compiled.__wrapped__)
     row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
     assert row.outcome == "timeout" and not row.success
 
