@@ -239,6 +239,17 @@ class ConveyorGrasp(composer.Task):
         self.prop.set_pose(physics, position, quaternion)
         self.prop.set_velocity(physics, np.zeros(3), np.zeros(3))
 
+    def lay_for_teaching(self, physics: Any, *, x_m: float, y_m: float) -> None:
+        """Lays the object there along the belt, its yaw 90 degrees, in a cell at rest.
+
+        All that shows is as in a new cell, whatever ran before. Reset the environment afterwards.
+        """
+        with physics.reset_context():
+            self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+            self.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
+        self._conveyor.show_mark(physics)
+        self.set_light_scale(physics, 1.0)
+
     def is_in_view(self, physics: Any) -> bool:
         """Whether every corner of the object projects into the sensor's image."""
         T_camera_object = np.linalg.inv(self.view.T_world_camera) @ self.referee.object_pose(

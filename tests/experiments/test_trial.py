@@ -11,6 +11,7 @@ from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.perception import NoisyOracle, Oracle, Seeing
 from sim import task
+from sim.objects import OBJECTS
 from tracker.prediction import make_predictor
 
 IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
@@ -50,9 +51,17 @@ def test_tracker_sees_observations_only(monkeypatch):
     assert loop.perception.last is not None
 
 
-def test_oracle_lifts_the_box_and_renders_nothing():
-    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=1))
+@pytest.mark.parametrize("name", OBJECTS)
+def test_oracle_lifts_every_object_and_renders_nothing(name):
+    row, _ = trial.run_trial(TrialConfig(tracker="oracle", object=name, speed_mps=0.5, seed=1))
     assert row.clean_success and row.gl_renderer == "none"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OBJECTS)
+def test_igpf_lifts_every_object_by_sight(name):
+    row, _ = trial.run_trial(TrialConfig(tracker="igpf", object=name, seed=1))
+    assert row.clean_success and row.track_rmse_m < 0.005
 
 
 def test_a_still_belt_ends_in_a_timeout_not_in_an_exception():

@@ -172,7 +172,11 @@ def test_another_object_or_camera_needs_a_new_model(environment):
         ("condition", "foggy", "condition must be normal, or NAME-LEVEL"),
         ("motion", "zigzag", "motion must be one of constant"),
         ("speed_mps", -1.0, "speed_mps must be finite and >= 0"),
-        ("object", "ball", "object must be one of box"),
+        (
+            "object",
+            "ball",
+            "object must be one of box, small-carton, plain-box, can, flask; got 'ball'",
+        ),
     ],
 )
 def test_bad_configs_are_refused(field, value, message):
