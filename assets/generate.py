@@ -112,6 +112,12 @@ def gripper_meshes() -> dict[str, Mesh]:
     }
 
 
+def _tabletop(radius: float, thickness: float) -> Mesh:
+    """Disc of the turntable, its upper side at z = 0."""
+    corners = [(radius, -thickness, 0.0), (radius, 0.0, 0.002), (radius - 0.004, 0.0, 0.0)]
+    return revolved(corners, segments=96)
+
+
 def object_meshes() -> dict[str, Mesh]:
     """The objects, in their own frames, with texture coordinates for `sim/artwork.py`."""
     return {
@@ -126,7 +132,8 @@ def flask() -> Mesh:
     """Flat flask lying on its side, 190 x 72 x 50 mm: a body with round ends, a neck, a cap."""
     angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17)
     end = 0.036 * np.column_stack([np.cos(angles), np.sin(angles)])
-    body = plate(np.concatenate([end + [0.014, 0.0], [-0.059, 0.0] - end]), 0.050, 0.003)
+    shoulder, bottom = np.array([0.014, 0.0]), np.array([-0.059, 0.0])
+    body = plate(np.concatenate([shoulder + end, bottom - end]), 0.050, 0.003)
     neck = revolved(
         [
             (0.013, 0.045, 0.0),
@@ -145,6 +152,7 @@ def generate() -> dict[str, str]:
         "robots/meshes": arm_meshes(),
         "grippers/meshes": gripper_meshes(),
         "objects/meshes": object_meshes(),
+        "meshes": {"disc": _tabletop(radius=0.37, thickness=0.02)},
     }
     return {
         f"{folder}/{name}.obj": mesh.to_obj()

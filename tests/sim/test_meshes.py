@@ -55,7 +55,9 @@ def volume_m3(mesh) -> float:
     return np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
 
 
-@pytest.mark.parametrize("path", ["robots/ur5.xml", "grippers/rg2.xml", "conveyor.xml", "cell.xml"])
+@pytest.mark.parametrize(
+    "path", ["robots/ur5.xml", "grippers/rg2.xml", "conveyor.xml", "turntable.xml", "cell.xml"]
+)
 def test_model_files_load_on_their_own(path):
     assert mujoco.MjModel.from_xml_path(str(ASSETS / path)).nbody >= 1
 

@@ -43,7 +43,7 @@ def test_fingers_hold_the_object_and_stay_off_the_belt(spec):
 def on_the_belt(spec):
     """Prop, physics and bound joint of the object on a belt that stands still."""
     cell, conveyor, prop = Cell(), Conveyor(), Prop(spec)
-    cell.attach_conveyor(conveyor)
+    cell.attach_carrier(conveyor)
     cell.add_free_entity(prop)
     physics = mjcf.Physics.from_mjcf_model(cell.mjcf_model)
     conveyor.set_speed(physics, 0.0)
