@@ -30,7 +30,7 @@ class TrialConfig:
     object: str = "box"
     """Object on the belt; `beltgrasp list` names them."""
     motion: str = "constant"
-    """How the belt runs; `beltgrasp list` names them."""
+    """How the belt runs, or a turntable instead; `beltgrasp list` names them."""
     predictor: str = "kalman"
     """How the target is extrapolated over the delays; `beltgrasp list` names them."""
     delay_s: float = 0.066

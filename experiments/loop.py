@@ -36,7 +36,10 @@ class Loop:
         self._timestep = cell.environment.reset()
         cell.servo.reset(cell.task.robot.q(cell.environment.physics))
         self.grasp = Grasp(
-            GraspConfig(), 1.0 / CONTROL_HZ, config.gripper_delay_s, cell.servo.T_world_tcp
+            GraspConfig(depth_m=cell.task.prop.spec.grasp_depth_m),
+            1.0 / CONTROL_HZ,
+            config.gripper_delay_s,
+            cell.servo.T_world_tcp,
         )
         self.command: GraspCommand | None = None
         self.frame: Frame | None = None

@@ -79,11 +79,14 @@ def make_perception(config: TrialConfig, cell: Cell) -> Perception:
     settings = get_tracker_config(config.tracker).with_particle_count(config.particle_count)
     task = cell.task
     length_m, width_m, height_m = task.prop.spec.size_m
+    x_range_m, y_range_m = task.carrier.face_range_m
     view = OverheadView(
         K=task.K,
         T_world_camera=task.view.T_world_camera,
         image_shape_px=(task.condition.height_px, task.condition.width_px),
         plane_z_m=height_m,
+        x_range_m=x_range_m,
+        y_range_m=y_range_m,
     )
     tracker = TargetTracker(settings, cell.template, (length_m, width_m), view, rng)
     return Seeing(tracker, predictor)

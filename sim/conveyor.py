@@ -47,6 +47,22 @@ class Conveyor(composer.Entity):
         """Near (robot side) and far rail."""
         return self._rails
 
+    @property
+    def solid_geoms(self) -> tuple[Any, ...]:
+        """Belt and rails."""
+        return (self._belt, *self._rails)
+
+    @property
+    def face_range_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Least and largest world x, then y, between which the face of an object can be seen."""
+        half_m = 0.5 * BELT_WIDTH_M + 0.02
+        return (BELT_CENTRE_X_M - half_m, BELT_CENTRE_X_M + half_m), (-0.85, 0.85)
+
+    def velocity_at(self, x_m: float, y_m: float, speed_mps: float) -> tuple[float, float, float]:
+        """World x, y velocity [m/s] and yaw rate [rad/s] of what rides there."""
+        del x_m, y_m
+        return 0.0, speed_mps, 0.0
+
     def set_speed(self, physics: Any, speed_mps: float) -> None:
         """Sets the surface velocity of the belt along +y from the next physics step on."""
         physics.model.geom_surfacevel[physics.bind(self._belt).element_id, 1] = speed_mps
@@ -54,10 +70,10 @@ class Conveyor(composer.Entity):
     def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Composer's hook: the drawn belt starts at its mark."""
         del random_state
-        self.rewind(physics)
+        self.show_mark(physics)
 
-    def rewind(self, physics: Any) -> None:
-        """Draws the belt at its mark."""
+    def show_mark(self, physics: Any) -> None:
+        """Puts the drawn belt to its mark."""
         self._travel_m, self._shown_at_s = 0.0, float(physics.time())
         self._show_travel(physics)
 

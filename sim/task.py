@@ -16,9 +16,9 @@ from dm_env import specs
 
 from sim.arena import Cell
 from sim.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
-from sim.conveyor import BELT_CENTRE_X_M, Conveyor
+from sim.carriers import CARRIERS
 from sim.degradations import NORMAL, Condition, get_condition
-from sim.motions import draw_profile
+from sim.motions import MOTIONS, draw_profile
 from sim.objects import Prop, get_object
 from sim.referee import Referee
 from sim.robot import HOME_Q_RAD, STROKE_M, Robot
@@ -38,7 +38,7 @@ class TaskConfig:
     camera: str = "far-side"
     condition: str = NORMAL
     motion: str = "constant"
-    """How the belt runs in episodes that are drawn from the environment's own state."""
+    """How the belt or the turntable moves in episodes drawn from the environment's own state."""
     speed_mps: float = 0.25
     """At which speed it does."""
     scenarios: ScenarioRange = field(default_factory=ScenarioRange)
@@ -55,6 +55,11 @@ class TaskConfig:
     observes_camera: bool = True
     """Whether images are among the observations; without, `ConveyorGrasp.frame` has the newest,
     and only what somebody looks at is rendered."""
+
+    @property
+    def carrier(self) -> str:
+        """What carries the object: a name of CARRIERS."""
+        return MOTIONS[self.motion].carrier
 
     def __post_init__(self) -> None:
         get_object(self.object)
@@ -112,10 +117,10 @@ class ConveyorGrasp(composer.Task):
         self.next_episode: Episode | None = None
         self._arena = Cell()
         self.robot = Robot()
-        self._conveyor = Conveyor()
+        self.carrier = CARRIERS[config.carrier]()
         self.prop = Prop(get_object(config.object))
         self._arena.attach_robot(self.robot)
-        self._arena.attach_conveyor(self._conveyor)
+        self._arena.attach_carrier(self.carrier)
         self._arena.add_free_entity(self.prop)
         add_camera(self._arena.mjcf_model, "sensor", self.view)
         add_camera(self._arena.mjcf_model, "studio", STUDIO)
@@ -127,10 +132,10 @@ class ConveyorGrasp(composer.Task):
     def configure(self, config: TaskConfig) -> None:
         """Changes what needs no new model, from the next reset on.
 
-        Raises ValueError for another object or camera, or where one camera has a renderer and
-        the other none.
+        Raises ValueError for another object, camera or carrier, or where one camera has a renderer
+        and the other none.
         """
-        for name in ("object", "camera", "has_camera"):
+        for name in ("object", "camera", "carrier", "has_camera"):
             if getattr(config, name) != getattr(self.config, name):
                 raise ValueError(
                     f"{name} is {getattr(self.config, name)!r} in the compiled model, "
@@ -174,30 +179,30 @@ class ConveyorGrasp(composer.Task):
             )
 
     def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:
-        """Places the object, starts the belt, opens the hand at home, sets the lights."""
+        """Places the object, starts its carrier, opens the hand at home, sets the lights."""
         episode = self.next_episode or self._draw_episode(random_state)
         self.next_episode = None
         self.scenario = episode.scenario
         self._sensor = self._make_sensor(episode.sensor_rng)
         self._gripper = _Gripper(self.config.gripper_delay_s, self.config.finger_speed_mps)
-        self.set_light_scale(physics, self.condition.light(0.0, self.scenario.start_y_m))
-        self.clear(physics)
-        s = self.scenario
-        x_m = BELT_CENTRE_X_M + s.offset_m
-        self.place_object(physics, x_m=x_m, y_m=s.start_y_m, yaw_rad=s.yaw_rad)
-        self.prop.set_velocity(physics, (0.0, s.profile(0.0), 0.0), np.zeros(3))
-        self._conveyor.set_speed(physics, self.scenario.profile(0.0))
+        self.set_light_scale(physics, self.condition.light(0.0, episode.scenario.y_m))
+        self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+        s, speed_mps = self.scenario, self.scenario.profile(0.0)
+        self.place_object(physics, x_m=s.x_m, y_m=s.y_m, yaw_rad=s.yaw_rad)
+        vx, vy, yaw_rate = self.carrier.velocity_at(s.x_m, s.y_m, speed_mps)
+        self.prop.set_velocity(physics, (vx, vy, 0.0), (0.0, 0.0, yaw_rate))
+        self.carrier.set_speed(physics, speed_mps)
         self.referee = Referee(physics, self.prop, self.robot)
 
     def before_step(
         self, physics: Any, action: np.ndarray, random_state: np.random.RandomState
     ) -> None:
-        """Applies the action and the belt's speed at this time."""
+        """Applies the action and the carrier's speed at this time."""
         del random_state
         self.robot.command_arm(physics, action[:6], action[6:12])
         self.robot.command_width(physics, self._gripper.step(float(action[12])))
         self._is_closing = action[12] < STROKE_M - 1e-6
-        self._conveyor.set_speed(physics, self.scenario.profile(float(physics.data.time)))
+        self.carrier.set_speed(physics, self.scenario.profile(float(physics.data.time)))
 
     def after_substep(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Lets the camera look."""
@@ -255,17 +260,23 @@ class ConveyorGrasp(composer.Task):
         """Brightness of the cell, 1 being normal."""
         self._arena.set_light_scale(physics, scale)
 
-    def clear(self, physics: Any) -> None:
-        """Opens the hand at home and draws the belt at its mark, as every episode begins."""
-        self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-        self._conveyor.rewind(physics)
-
     def place_object(self, physics: Any, *, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Lays the object on the belt, at rest."""
         quaternion = math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)
         position = x_m, y_m, 0.5 * self.prop.spec.size_m[2]
         self.prop.set_pose(physics, position, quaternion)
         self.prop.set_velocity(physics, np.zeros(3), np.zeros(3))
+
+    def lay_for_teaching(self, physics: Any, *, x_m: float, y_m: float) -> None:
+        """Lays the object there along y, its yaw 90 degrees, in a cell at rest.
+
+        All that shows is as in a new cell, whatever ran before. Reset the environment afterwards.
+        """
+        with physics.reset_context():
+            self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+            self.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
+        self.carrier.show_mark(physics)
+        self.set_light_scale(physics, 1.0)
 
     def is_in_view(self, physics: Any) -> bool:
         """Whether every corner of the object projects into the sensor's image."""

@@ -7,9 +7,6 @@ import pytest
 from experiments import teaching
 from experiments.cell import make_cell
 from experiments.config import TrialConfig
-from sim.motions import ConstantSpeed
-from sim.scenario import Scenario
-from sim.task import Episode
 
 
 def picture(condition: str) -> np.ndarray:
@@ -39,20 +36,17 @@ def test_coarse_picture_is_the_mean_of_what_each_pixel_covers(sharp, monkeypatch
     assert alike[0] > alike[1]
 
 
+def test_picture_does_not_show_where_the_last_trial_left_the_belt(sharp):
+    cell = make_cell(TrialConfig(), has_camera=True)
+    cell.environment.reset()
+    for _ in range(5):
+        cell.environment.step(np.array([*cell.task.robot.q(cell.environment.physics), *[0.0] * 7]))
+    assert np.array_equal(picture("normal"), sharp)
+
+
 def test_template_is_that_of_the_condition_whatever_was_tried_before():
     """One cell serves many conditions; a row must not depend on the order of the trials."""
     shaded = make_cell(TrialConfig(condition="shadows-1"), has_camera=True).template
     plain = make_cell(TrialConfig(), has_camera=True).template
     assert plain is not shaded
     assert np.array_equal(plain.picture, picture("normal"))
-
-
-def test_template_does_not_know_where_the_belt_had_stopped(sharp):
-    """A row must not depend on what ran before it in the same process."""
-    cell = make_cell(TrialConfig(), has_camera=True)
-    scenario = Scenario(ConstantSpeed(1.0), -0.8, 0.0, 0.3)
-    cell.task.next_episode = Episode(scenario, np.random.default_rng(0))
-    cell.environment.reset()
-    for _ in range(11):
-        cell.environment.step(np.concatenate([cell.servo.q, np.zeros(6), [0.11]]))
-    assert np.array_equal(picture("normal"), sharp)

@@ -11,6 +11,8 @@ from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.perception import NoisyOracle, Oracle, Seeing
 from sim import environment, task
+from sim.objects import OBJECTS
+from sim.turntable import RADIUS_M
 from tracker.prediction import make_predictor
 
 IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
@@ -50,9 +52,31 @@ def test_tracker_sees_images_only(monkeypatch):
     assert loop.perception.last is not None
 
 
-def test_oracle_lifts_the_box_and_renders_nothing():
-    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=1))
+@pytest.mark.parametrize("name", OBJECTS)
+def test_oracle_lifts_every_object_and_renders_nothing(name):
+    row, _ = trial.run_trial(TrialConfig(tracker="oracle", object=name, speed_mps=0.5, seed=1))
     assert row.clean_success and row.gl_renderer == "none"
+
+
+def test_oracle_lifts_the_box_off_the_turntable():
+    config = TrialConfig(tracker="oracle", motion="turntable", seed=2)
+    row, _ = trial.run_trial(config)
+    assert row.clean_success
+    angle_rad = row.time_to_grasp_s * config.speed_mps / RADIUS_M
+    assert row.belt_used_m == pytest.approx(angle_rad * RADIUS_M, rel=0.2)  # not at the radius
+
+
+@pytest.mark.slow
+def test_igpf_lifts_the_box_off_the_turntable_by_sight():
+    row, _ = trial.run_trial(TrialConfig(tracker="igpf", motion="turntable", seed=1))
+    assert row.clean_success and row.track_rmse_m < 0.005
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OBJECTS)
+def test_igpf_lifts_every_object_by_sight(name):
+    row, _ = trial.run_trial(TrialConfig(tracker="igpf", object=name, seed=1))
+    assert row.clean_success and row.track_rmse_m < 0.005
 
 
 def test_a_still_belt_ends_in_a_timeout_not_in_an_exception(monkeypatch):

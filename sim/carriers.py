@@ -1,0 +1,39 @@
+"""What carries the object past the arm, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from sim.conveyor import Conveyor
+from sim.turntable import Turntable
+
+
+class Carrier(Protocol):
+    """A composer entity with a surface that moves; it stands in front of the robot."""
+
+    @property
+    def solid_geoms(self) -> tuple[Any, ...]:
+        """All that the hand must not touch."""
+        ...
+
+    @property
+    def face_range_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Least and largest world x, then y, between which the face of an object can be."""
+        ...
+
+    def velocity_at(self, x_m: float, y_m: float, speed_mps: float) -> tuple[float, float, float]:
+        """World x, y velocity [m/s] and yaw rate [rad/s] of what rides there."""
+        ...
+
+    def set_speed(self, physics: Any, speed_mps: float) -> None:
+        """Sets the surface's speed from the next physics step on."""
+        ...
+
+    def show_mark(self, physics: Any) -> None:
+        """Puts what is drawn of the surface to its start."""
+        ...
+
+
+CARRIERS: dict[str, Callable[[], Carrier]] = {"belt": Conveyor, "turntable": Turntable}
+"""Every carrier that a motion can name."""
