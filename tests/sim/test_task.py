@@ -101,28 +101,30 @@ def test_object_rides_at_belt_speed_and_is_gone_at_the_end(environment):
     assert travelled == pytest.approx(float(environment.physics.data.time), rel=0.01)
 
 
-def test_same_seed_gives_the_same_pictures():
-    def first_picture(seed: int) -> np.ndarray:
-        environment = load(TaskConfig(delay_s=0.0), random_state=seed)
-        try:
-            environment.reset()
-            return environment.step(still(environment)).observation["camera/rgb"]
-        finally:
-            environment.task.close()
-
-    assert np.array_equal(first_picture(4), first_picture(4))
-    assert not np.array_equal(first_picture(4), first_picture(5))
+def first_picture(environment, config: TaskConfig, seed: int) -> np.ndarray:
+    before = environment.task.config
+    environment.task.configure(config)
+    try:
+        environment.random_state.seed(seed)
+        environment.reset()
+        return environment.step(still(environment)).observation["camera/rgb"]
+    finally:
+        environment.task.configure(before)
 
 
-def test_light_scale_darkens_the_picture():
-    def brightness(condition: str) -> float:
-        environment = load(TaskConfig(condition=condition, delay_s=0.0), random_state=0)
-        try:
-            return float(environment.reset().observation["camera/rgb"].mean())
-        finally:
-            environment.task.close()
+def test_same_seed_gives_the_same_pictures(environment):
+    config = TaskConfig(delay_s=0.0)
+    first = first_picture(environment, config, 4)
+    assert np.array_equal(first_picture(environment, config, 4), first)
+    assert not np.array_equal(first_picture(environment, config, 5), first)
 
-    assert brightness("dark-2") < 0.4 * brightness("normal")
+
+def test_light_scale_darkens_the_picture(environment):
+    dark, normal = (
+        first_picture(environment, TaskConfig(condition=condition, delay_s=0.0), 0).mean()
+        for condition in ("dark-2", "normal")
+    )
+    assert dark < 0.4 * normal
 
 
 def test_condition_and_delay_change_without_a_new_model(environment):
