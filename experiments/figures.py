@@ -16,7 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.config import TrialResult
-from experiments.tables import Table, TableRow, cell_keys, outcome_table, show_key, success_table
+from experiments.grouping import cell_keys, label
+from experiments.tables import Table, TableRow, outcome_table, success_table
 
 # Okabe-Ito colours: they stay apart for colour-blind readers and in grey print.
 TRACKER_STYLES: dict[str, tuple[str, str, str]] = {
@@ -117,14 +118,9 @@ def _panels(table: Table, keys: Sequence[str]) -> dict[str, list[TableRow]]:
     """Rows by setting: everything that names a cell except tracker and speed."""
     panels: dict[str, list[TableRow]] = {}
     for row in table.rows:
-        setting = [_label(key, row[key]) for key in keys if key not in ("tracker", "speed_mps")]
+        setting = [label(key, row[key]) for key in keys if key not in ("tracker", "speed_mps")]
         panels.setdefault(", ".join(setting), []).append(row)
     return panels
-
-
-def _label(key: str, value: str | float) -> str:
-    units = {"delay_s": "s delay", "speed_mps": "m/s"}
-    return f"{show_key(value)} {units[key]}" if key in units else str(value)
 
 
 def _draw_panel(axis: Axes, rows: Sequence[TableRow], trackers: Sequence[str]) -> None:
@@ -163,7 +159,7 @@ def draw_outcomes(results: Sequence[TrialResult]) -> Figure:
     """How the trials of each cell ended, as one stacked bar a cell."""
     table, keys = outcome_table(results), cell_keys(results)
     names = [key for key in keys if len({row[key] for row in table.rows}) > 1 or key == "tracker"]
-    labels = ["  ".join(_label(key, row[key]) for key in names) for row in table.rows]
+    labels = ["  ".join(label(key, row[key]) for key in names) for row in table.rows]
     figure = Figure(figsize=(6.6, 1.1 + 0.24 * len(labels)), layout="constrained")
     axis: Axes = figure.subplots()
     left = [0.0] * len(labels)

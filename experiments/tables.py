@@ -11,8 +11,9 @@ from typing import Any, TypeAlias, get_args
 
 import numpy as np
 
-from experiments.comparison import Comparison, world_of
+from experiments.comparison import Comparison
 from experiments.config import Outcome, TrialResult
+from experiments.grouping import cell_keys, group_by, heading, show_key, world_of
 from experiments.records import csv_line
 from experiments.statistics import wilson_interval
 
@@ -88,23 +89,6 @@ def show_rate(rate: float) -> str:
     return show_number(100.0 * rate, 1)
 
 
-def cell_keys(results: Sequence[TrialResult]) -> list[str]:
-    """Columns that name a cell: the usual four, and others that vary in these results."""
-    others = ("object", "motion", "predictor", "delay_s")
-    varying = [key for key in others if len({getattr(row, key) for row in results}) > 1]
-    return ["tracker", "camera", "condition", *varying, "speed_mps"]
-
-
-def group_by_cell(
-    results: Sequence[TrialResult], keys: Sequence[str]
-) -> dict[tuple[Any, ...], list[TrialResult]]:
-    """Results by the values of `keys`, in order of first appearance."""
-    cells: dict[tuple[Any, ...], list[TrialResult]] = {}
-    for row in results:
-        cells.setdefault(tuple(getattr(row, key) for key in keys), []).append(row)
-    return cells
-
-
 def success_table(results: Sequence[TrialResult]) -> Table:
     """Success rates with Wilson 95 % intervals, and how fast and how exact the arm was.
 
@@ -114,7 +98,7 @@ def success_table(results: Sequence[TrialResult]) -> Table:
     keys = cell_keys(results)
     rows = [
         dict(zip(keys, cell, strict=True)) | _measures(members)
-        for cell, members in group_by_cell(results, keys).items()
+        for cell, members in group_by(results, keys).items()
     ]
     columns = (
         *_key_columns(keys),
@@ -167,15 +151,7 @@ def _reduce(
 
 
 def _key_columns(keys: Sequence[str]) -> list[Column]:
-    return [Column(_LABELS.get(key, key), lambda row, key=key: show_key(row[key])) for key in keys]
-
-
-_LABELS = {"speed_mps": "speed [m/s]", "delay_s": "delay [s]"}
-
-
-def show_key(value: str | float) -> str:
-    """A value that names a cell: a name as it is, a number in as few digits as tell it apart."""
-    return value if isinstance(value, str) else f"{value:.2f}" if value >= 0.1 else f"{value:.3g}"
+    return [Column(heading(key), lambda row, key=key: show_key(row[key])) for key in keys]
 
 
 def outcome_table(results: Sequence[TrialResult]) -> Table:
@@ -184,7 +160,7 @@ def outcome_table(results: Sequence[TrialResult]) -> Table:
     present = {row.outcome for row in results}
     outcomes: list[str] = [outcome for outcome in get_args(Outcome) if outcome in present]
     rows: list[TableRow] = []
-    for cell, members in group_by_cell(results, keys).items():
+    for cell, members in group_by(results, keys).items():
         counts = Counter(row.outcome for row in members)
         row: TableRow = dict(zip(keys, cell, strict=True)) | {"n": len(members)}
         rows.append(row | {outcome: counts[outcome] for outcome in outcomes})
@@ -195,7 +171,7 @@ def outcome_table(results: Sequence[TrialResult]) -> Table:
 def paired_table(results: Sequence[TrialResult]) -> Table | None:
     """Every tracker against the reference one on the same worlds; None without such pairs."""
     keys = cell_keys(results)
-    cells = group_by_cell(results, keys)
+    cells = group_by(results, keys)
     rows: list[TableRow] = []
     for cell, members in cells.items():
         reference = cells.get((REFERENCE_TRACKER, *cell[1:]))
@@ -243,7 +219,7 @@ def blame_table(results: Sequence[TrialResult]) -> Table | None:
     graspable = {_belt_world(r): r.success for r in results if r.tracker == ORACLE}
     keys = cell_keys(results)
     rows: list[TableRow] = []
-    for cell, members in group_by_cell(results, keys).items():
+    for cell, members in group_by(results, keys).items():
         failures = [graspable.get(_belt_world(r)) for r in members if not r.success]
         if cell[0] == ORACLE or not failures or not graspable:
             continue
@@ -257,5 +233,5 @@ def blame_table(results: Sequence[TrialResult]) -> Table | None:
 
 
 def _belt_world(row: TrialResult) -> tuple[Any, ...]:
-    """What the oracle meets: the object, the belt and the seed."""
-    return row.object, row.motion, row.speed_mps, row.seed
+    """What the oracle meets: the object, the belt, the gripper and the seed."""
+    return row.object, row.motion, row.speed_mps, row.gripper_delay_s, row.seed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,6 @@ from experiments.loop import Loop
 from experiments.manifest import provenance
 from experiments.perception import CONTROL_ARMS
 from experiments.video import VideoRecorder
-
-_CONFIG_COLUMNS = "tracker camera condition object motion predictor speed_mps delay_s seed".split()
 
 
 def run_trial(
@@ -34,7 +33,6 @@ def run_trial(
             loop.step()
             video.add(loop)
     measured = metrics.score(config, loop.trace, loop.record, loop.entered_view_s)
-    shared = {name: getattr(config, name) for name in _CONFIG_COLUMNS}
     origin = {"preset": preset, "gl_renderer": cell.task.gl_renderer} | provenance()
-    columns: dict[str, Any] = {"trial_id": config.trial_id, **shared, **measured, **origin}
+    columns: dict[str, Any] = {"trial_id": config.trial_id, **asdict(config), **measured, **origin}
     return TrialResult(**columns), loop.timings()

@@ -7,7 +7,6 @@ from experiments.config import TrialConfig
 from experiments.presets import Preset, expand
 from experiments.tables import (
     blame_table,
-    cell_keys,
     outcome_table,
     paired_table,
     show_number,
@@ -74,12 +73,6 @@ def test_csv_markdown_and_text_hold_the_same_cells(results):
     text = table.to_text().splitlines()
     assert len({len(line) for line in text}) == 1, "right-aligned numbers end in one column"
     assert text[0].startswith("tracker  camera")
-
-
-def test_cells_are_told_apart_by_whatever_else_varies(make_row):
-    rows = [make_row(TrialConfig(delay_s=delay_s)) for delay_s in (0.0, 0.066)]
-    assert "delay_s" in cell_keys(rows)
-    assert [row["n"] for row in success_table(rows).rows] == [1, 1]
 
 
 def test_outcomes_add_up(results):

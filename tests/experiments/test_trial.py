@@ -1,6 +1,7 @@
 """Whole trials in this process: images alone suffice, rows repeat, truth stays outside."""
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -105,6 +106,19 @@ def test_config_hash_names_every_field_and_nothing_else():
     changed = [{"seed": 1}, {"delay_s": 0.067}, {"tracker": "pf"}, {"particle_count": 151}]
     ids = {TrialConfig(**change).trial_id for change in changed}
     assert len(ids) == len(changed) and TrialConfig().trial_id not in ids
+
+
+@pytest.mark.parametrize("other", ["blur-1+dark-1", "dark-01+blur-1", "dark-1+blur-1+dark-1"])
+def test_a_condition_has_one_name_and_one_id(other):
+    one = TrialConfig(condition="dark-1+blur-1")
+    assert TrialConfig(condition=other).trial_id == one.trial_id
+    assert one.condition == "blur-1+dark-1"
+    assert TrialConfig(condition="drak-1+x").condition == "drak-1+x", "refused elsewhere, whole"
+
+
+def test_all_that_determines_a_trial_is_in_its_row():
+    columns = {field.name for field in fields(config.TrialResult)}
+    assert {field.name for field in fields(TrialConfig)} < columns
 
 
 @pytest.mark.parametrize(

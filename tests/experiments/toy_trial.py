@@ -5,6 +5,7 @@ Its misbehaviour is steered by environment variables, which spawned workers inhe
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import random
 import signal
@@ -19,17 +20,9 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
     draw = random.Random(config.trial_id)
     success = draw.random() < 0.9 - 0.5 * config.speed_mps
     values: dict[str, object] = {
+        **dataclasses.asdict(config),
         "trial_id": config.trial_id,
         "preset": preset,
-        "tracker": config.tracker,
-        "camera": config.camera,
-        "condition": config.condition,
-        "object": config.object,
-        "motion": config.motion,
-        "predictor": config.predictor,
-        "speed_mps": config.speed_mps,
-        "delay_s": config.delay_s,
-        "seed": config.seed,
         "outcome": "success" if success else draw.choice(["missed", "lost_track"]),
         "success": success,
         "clean_success": success and draw.random() < 0.8,
