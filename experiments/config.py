@@ -152,6 +152,7 @@ class TrialTimings:
     trial_id: str
     wall_s: float
     simulated_s: float
+    render_ms_per_image: float | None
     track_ms_per_image: float | None
     servo_ms_per_step: float
-    world_ms_per_step: float
+    physics_ms_per_step: float

@@ -40,8 +40,8 @@ class Loop:
         self.command: GraspCommand | None = None
         self.image: np.ndarray | None = None
         """(h, w, 3) uint8, the image that perception has seen last; None without a camera."""
-        self.spent_s = {"track": 0.0, "servo": 0.0, "world": 0.0}
-        """Wall-clock time so far; rendering is part of the world."""
+        self.spent_s = {"track": 0.0, "servo": 0.0, "render": 0.0, "physics": 0.0}
+        """Wall-clock time so far; physics is all of the world but the camera's images."""
         self.has_entered_view, self.entered_view_s = False, 0.0
         self._trial_id = config.trial_id
 
@@ -72,10 +72,13 @@ class Loop:
         q, qd = servo.step(self.command.T_world_tcp, self.command.twist)
         t2 = time.perf_counter()
         self._remember(now, estimate, target, hand)
+        rendered_s = self.cell.task.render_wall_s
         self._timestep = self.cell.environment.step(np.concatenate([q, qd, [self.command.width_m]]))
+        rendered_s = self.cell.task.render_wall_s - rendered_s
         self.spent_s["track"] += t1 - t0
         self.spent_s["servo"] += t2 - t1
-        self.spent_s["world"] += time.perf_counter() - t2
+        self.spent_s["render"] += rendered_s
+        self.spent_s["physics"] += time.perf_counter() - t2 - rendered_s
 
     @property
     def seen(self) -> TargetObservation | None:
@@ -100,9 +103,10 @@ class Loop:
             trial_id=self._trial_id,
             wall_s=time.perf_counter() - self._started,
             simulated_s=self.time_s,
+            render_ms_per_image=1e3 * self.spent_s["render"] / images if images else None,
             track_ms_per_image=1e3 * self.spent_s["track"] / images if images else None,
             servo_ms_per_step=1e3 * self.spent_s["servo"] / steps,
-            world_ms_per_step=1e3 * self.spent_s["world"] / steps,
+            physics_ms_per_step=1e3 * self.spent_s["physics"] / steps,
         )
 
     def _remember(
@@ -115,9 +119,10 @@ class Loop:
         truth = self.cell.read_truth()
         if not self.has_entered_view and self.cell.task.is_in_view(self.cell.environment.physics):
             self.has_entered_view, self.entered_view_s = True, now
-        error = None
+        depth_m, error = self.grasp.config.depth_m, None
         if target is not None:
-            error = servo_error(target, hand, self.grasp.config.depth_m)
+            error = servo_error(target, hand, depth_m)
+        true_hand = self.cell.task.referee.tcp_pose(self.cell.environment.physics)
         self.trace.control.append(
             ControlSample(
                 time_s=now,
@@ -126,6 +131,7 @@ class Loop:
                 true_yaw_rad=truth.yaw_rad,
                 tcp_position_m=hand[:3, 3].copy(),
                 servo_error=error,
+                true_error=servo_error(truth, true_hand, depth_m),
                 is_feasible=self.cell.servo.is_feasible,
             )
         )

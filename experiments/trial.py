@@ -9,6 +9,7 @@ from typing import Any
 from experiments import metrics
 from experiments.cell import make_cell
 from experiments.config import TrialConfig, TrialResult, TrialTimings
+from experiments.curves import ErrorCurve
 from experiments.loop import Loop
 from experiments.manifest import provenance
 from experiments.perception import CONTROL_ARMS
@@ -17,13 +18,16 @@ from experiments.video import VideoRecorder
 
 def run_trial(
     config: TrialConfig, video_path: Path | None = None, *, preset: str = "trial"
-) -> tuple[TrialResult, TrialTimings]:
+) -> tuple[TrialResult, TrialTimings, str]:
     """Runs one attempt.
 
     Args:
         config: Everything that determines the attempt.
         video_path: Where to write a video of it, if anywhere.
         preset: Name of the sweep it belongs to, for the row.
+
+    Returns:
+        The row, what it cost, and the error curve as lines of CSV.
     """
     has_camera = video_path is not None or config.tracker not in CONTROL_ARMS
     cell = make_cell(config, has_camera=has_camera)
@@ -35,4 +39,5 @@ def run_trial(
     measured = metrics.score(config, loop.trace, loop.record, loop.entered_view_s)
     origin = {"preset": preset, "gl_renderer": cell.task.gl_renderer} | provenance()
     columns: dict[str, Any] = {"trial_id": config.trial_id, **asdict(config), **measured, **origin}
-    return TrialResult(**columns), loop.timings()
+    curve = ErrorCurve.of(loop.trace, loop.entered_view_s if loop.has_entered_view else None)
+    return TrialResult(**columns), loop.timings(), curve.to_csv(config.trial_id)

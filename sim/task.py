@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import time
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
@@ -117,6 +118,8 @@ class ConveyorGrasp(composer.Task):
         add_camera(self._arena.mjcf_model, "studio", STUDIO)
         self.set_timesteps(1.0 / CONTROL_HZ, 1.0 / PHYSICS_HZ)
         self._renderer: OffscreenRenderer | None = None
+        self.render_wall_s = 0.0
+        """Wall-clock time spent in rendering so far."""
         self._observables = self._make_observables()
         self.configure(config)
 
@@ -219,9 +222,12 @@ class ConveyorGrasp(composer.Task):
         """Noise-free colours and depth of the `sensor` or the `studio` camera."""
         if self._renderer is None:
             raise ValueError("has_camera is False: this task renders nothing")
-        return self._renderer.render(
+        started = time.perf_counter()
+        image = self._renderer.render(
             physics.model.ptr, physics.data.ptr, camera, shadows=self.condition.shadows
         )
+        self.render_wall_s += time.perf_counter() - started
+        return image
 
     @property
     def K(self) -> np.ndarray:

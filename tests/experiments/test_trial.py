@@ -52,12 +52,12 @@ def test_tracker_sees_observations_only(monkeypatch):
 
 
 def test_oracle_lifts_the_box_and_renders_nothing():
-    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=1))
+    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=1))
     assert row.clean_success and row.gl_renderer == "none"
 
 
 def test_a_still_belt_ends_in_a_timeout_not_in_an_exception():
-    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
+    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
     assert row.outcome == "timeout" and not row.success
 
 
