@@ -3,7 +3,6 @@
 `make bench` prints the split of a trial and the table.
 """
 
-import time
 from collections.abc import Iterator
 
 import cv2
