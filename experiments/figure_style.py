@@ -67,6 +67,7 @@ def write_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
     paths = [folder / f"{name}.{end}" for end in ("png", "pdf")]
     for path in paths:
         save_figure(figure, path)
+        figure.set_layout_engine("none")  # laid out once, for both: it takes most of the time
     return paths
 
 
@@ -85,13 +86,38 @@ def add_legend(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
     figure.legend(list(labelled.values()), list(labelled), loc="outside upper left", ncols=columns)
 
 
+def panel_grid(
+    panel_count: int, columns: int, width_in: float, row_in: float
+) -> tuple[Figure, list[Axes]]:
+    """A figure of so many equal panels with common axes; each column has numbers at its foot."""
+    columns = min(columns, panel_count)
+    rows = -(-panel_count // columns)
+    figure = Figure(figsize=(width_in, 0.5 + row_in * rows), layout="constrained")
+    axes: list[Axes] = list(
+        figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).flat
+    )
+    for axis in axes[panel_count:]:
+        axis.set_visible(False)
+    for axis in axes[max(panel_count - columns, 0) : panel_count]:
+        axis.tick_params(labelbottom=True)
+    return figure, axes[:panel_count]
+
+
 def settings_of(
     results: Sequence[TrialResult], keys: Sequence[str]
 ) -> dict[str, list[TrialResult]]:
-    """Results by everything that names a cell except tracker and speed, under a title."""
+    """Results by everything that names a cell except tracker and speed, under a title.
+
+    The title names what varies; all of it where nothing does.
+    """
     names = [key for key in keys if key not in ("tracker", "speed_mps")]
+    varying = [key for key in names if len({getattr(row, key) for row in results}) > 1]
     return {
-        ", ".join(label(key, value) for key, value in zip(names, setting, strict=True)): members
+        ", ".join(
+            label(key, value)
+            for key, value in zip(names, setting, strict=True)
+            if key in varying or not varying
+        ): members
         for setting, members in group_by(results, names).items()
     }
 

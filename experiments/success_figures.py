@@ -18,6 +18,7 @@ from experiments.figure_style import (
     PAGE_WIDTH_IN,
     add_legend,
     cell_sizes,
+    panel_grid,
     settings_of,
     tracker_style,
     trackers_of,
@@ -45,25 +46,18 @@ def draw_speed(results: Sequence[TrialResult]) -> Figure | None:
     if len({row.speed_mps for row in results}) < 2:
         return None
     panels = settings_of(results, cell_keys(results))
-    columns = min(3, len(panels))
-    rows = -(-len(panels) // columns)
-    width = PAGE_WIDTH_IN if columns > 1 else 4.6
-    figure = Figure(figsize=(width, 0.5 + 2.3 * rows), layout="constrained")
-    axes: list[Axes] = list(
-        figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).flat
-    )
-    for axis, (title, members) in zip(axes, panels.items(), strict=False):
+    width_in = PAGE_WIDTH_IN if len(panels) > 1 else 4.6
+    figure, axes = panel_grid(len(panels), 3, width_in, row_in=2.3)
+    for axis, (title, members) in zip(axes, panels.items(), strict=True):
         for tracker in trackers_of(results):
             _draw_rates(axis, tracker, [row for row in members if row.tracker == tracker])
         _draw_bound(axis, members)
         axis.set_title(title)
-    for axis in axes[len(panels) :]:
-        axis.set_visible(False)
     axes[0].set_ylim(-3, 103)
     axes[0].set_xlim(left=0.0)
     figure.supxlabel("belt speed [m/s]", fontsize=8)
     figure.supylabel("successful grasps [%]", fontsize=8)
-    add_legend(figure, axes, columns=4)
+    add_legend(figure, axes, columns=7 if len(panels) > 1 else 4)
     return figure
 
 
@@ -141,23 +135,16 @@ def draw_matrix(results: Sequence[TrialResult]) -> Figure | None:
     panels = group_by(results, panel_keys)
     rows = sorted({getattr(row, row_key) for row in results}, key=_ease(results, row_key))
     trackers = trackers_of(results)
-    columns = max(1, min(len(panels), _PAGE_CELLS // len(trackers)))
-    lines = -(-len(panels) // columns)
-    figure = Figure(
-        figsize=(PAGE_WIDTH_IN, lines * (0.75 + 0.2 * len(rows)) + 0.4), layout="constrained"
-    )
-    axes: list[Axes] = list(
-        figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False).flat
-    )
+    columns = max(1, _PAGE_CELLS // len(trackers))
+    figure, axes = panel_grid(len(panels), columns, PAGE_WIDTH_IN, row_in=0.6 + 0.2 * len(rows))
     varying = [k for k in panel_keys if len({getattr(row, k) for row in results}) > 1]
-    for axis, members in zip(axes, panels.values(), strict=False):
+    for axis, members in zip(axes, panels.values(), strict=True):
         cells = group_by(members, [row_key, "tracker"])
         _draw_cells(axis, [[cells.get((row, t), []) for t in trackers] for row in rows])
         axis.set_title(", ".join(label(k, getattr(members[0], k)) for k in varying))
-    for axis in axes[len(panels) :]:
-        axis.set_visible(False)
+        axis.tick_params(axis="x", rotation=90)
     axes[0].set_yticks(range(len(rows)), [label(row_key, row) for row in rows])
-    axes[0].set_xticks(range(len(trackers)), trackers, rotation=90)
+    axes[0].set_xticks(range(len(trackers)), trackers)
     figure.supxlabel(f"successful grasps [%], {cell_sizes(results)} a cell", fontsize=8)
     return figure
 

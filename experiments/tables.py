@@ -110,7 +110,7 @@ def tracking_table(results: Sequence[TrialResult]) -> Table:
     """How soon the object was tracked and grasped, how well the filter was off, what it lost.
 
     Medians over the trials that came to the event, times from the object's full view; `lost` is
-    how often a track turned to lost in all trials of the cell, `losers` in how many of them.
+    how often a track turned to lost in all trials of the cell, `in trials` in how many of them.
     """
     keys = cell_keys(results)
     rows: list[TableRow] = []
@@ -126,7 +126,7 @@ def tracking_table(results: Sequence[TrialResult]) -> Table:
     columns = [*key_columns(keys), Column("n", lambda row: str(row["n"]))]
     columns += _number_columns(_TRACKING)
     columns.append(Column("lost", lambda row: str(row["lost_count"])))
-    columns.append(Column("losers", lambda row: str(row["loser_count"])))
+    columns.append(Column("in trials", lambda row: str(row["loser_count"])))
     return Table(tuple(rows), tuple(columns))
 
 
