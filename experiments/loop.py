@@ -44,8 +44,8 @@ class Loop:
         self.command: GraspCommand | None = None
         self.frame: Frame | None = None
         """The image that perception has seen last; None without a camera."""
-        self.spent_s = {"render": 0.0, "track": 0.0, "servo": 0.0, "world": 0.0}
-        """Wall-clock time so far."""
+        self.spent_s = {"render": 0.0, "track": 0.0, "servo": 0.0, "physics": 0.0}
+        """Wall-clock time so far; physics is all of the world but the camera's images."""
         self.has_entered_view, self.entered_view_s = False, 0.0
         self._trial_id = config.trial_id
 
@@ -80,7 +80,7 @@ class Loop:
         self.spent_s["render"] += rendered_s
         self.spent_s["track"] += t1 - t0 - rendered_s
         self.spent_s["servo"] += t2 - t1
-        self.spent_s["world"] += time.perf_counter() - t2
+        self.spent_s["physics"] += time.perf_counter() - t2
 
     @property
     def seen(self) -> TargetObservation | None:
@@ -108,7 +108,7 @@ class Loop:
             render_ms_per_image=1e3 * self.spent_s["render"] / images if images else None,
             track_ms_per_image=1e3 * self.spent_s["track"] / images if images else None,
             servo_ms_per_step=1e3 * self.spent_s["servo"] / steps,
-            world_ms_per_step=1e3 * self.spent_s["world"] / steps,
+            physics_ms_per_step=1e3 * self.spent_s["physics"] / steps,
         )
 
     def _remember(
@@ -121,9 +121,10 @@ class Loop:
         truth = self.cell.read_truth()
         if not self.has_entered_view and self.cell.task.is_in_view(self.cell.environment.physics):
             self.has_entered_view, self.entered_view_s = True, now
-        error = None
+        depth_m, error = self.grasp.config.depth_m, None
         if target is not None:
-            error = servo_error(target, hand, self.grasp.config.depth_m)
+            error = servo_error(target, hand, depth_m)
+        true_hand = self.cell.task.referee.tcp_pose(self.cell.environment.physics)
         self.trace.control.append(
             ControlSample(
                 time_s=now,
@@ -132,6 +133,7 @@ class Loop:
                 true_yaw_rad=truth.yaw_rad,
                 tcp_position_m=hand[:3, 3].copy(),
                 servo_error=error,
+                true_error=servo_error(truth, true_hand, depth_m),
                 is_feasible=self.cell.servo.is_feasible,
             )
         )

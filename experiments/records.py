@@ -56,7 +56,11 @@ def row_line(row: TrialResult | TrialTimings) -> str:
 
 def append_line(path: Path, line: str) -> None:
     """Adds one whole line by a single write and waits until it is on the disk."""
-    data = line.encode()
+    append_bytes(path, line.encode())
+
+
+def append_bytes(path: Path, data: bytes) -> None:
+    """Adds bytes by a single write and waits until they are on the disk."""
     descriptor = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
     try:
         if os.write(descriptor, data) != len(data):

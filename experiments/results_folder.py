@@ -1,24 +1,34 @@
 """A folder of results that survives a kill at any moment and ends with the same bytes.
 
-Rows enter `trials.csv` and `timings.csv` in the order of the sweep. A trial that ends before its
-turn is kept in `pending.jsonl` until the rows before it exist. Each file is only ever appended to,
-one whole line at a time, so opening the folder again means cutting torn last lines, checking what
-is there, and reading the pending rows.
+Rows enter `trials.csv` and `timings.csv`, and error curves `curves.csv.gz`, in the order of the
+sweep. A trial that ends before its turn is kept in `pending.jsonl` until the rows before it exist.
+Each file is only ever appended to, one whole line or curve at a time, so opening the folder again
+means cutting torn last ones, checking what is there, and reading the pending rows.
 """
 
 from __future__ import annotations
 
 import contextlib
-import csv
 import fcntl
 import json
 import os
 from collections.abc import Generator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from experiments import records
 from experiments.config import TrialResult, TrialTimings
+from experiments.curves import CURVE_HEADER
+from experiments.members import append_member, read_members
 from experiments.workers import Attempt
+
+
+class _Left(NamedTuple):
+    """What a trial left, as the text that goes into the files."""
+
+    trial: str
+    timings: str
+    curve: str
 
 
 class ResultsFolder:
@@ -27,10 +37,12 @@ class ResultsFolder:
     def __init__(self, path: Path, trial_ids: Sequence[str]) -> None:
         self.trials_path = path / "trials.csv"
         self.timings_path = path / "timings.csv"
+        self.curves_path = path / "curves.csv.gz"
         self._pending_path = path / "pending.jsonl"
         self._errors_path = path / "errors"
         self._ids = list(trial_ids)
         self._row_count = self._resume_rows()
+        self._resume_curves()
         self._pending = self._resume_pending()
         self._flush()
 
@@ -51,18 +63,21 @@ class ResultsFolder:
             self._errors_path.mkdir(exist_ok=True)
             path = self._errors_path / f"{attempt.result.trial_id}.txt"
             path.write_text(attempt.crash.rstrip() + "\n")
-        lines = (records.row_line(attempt.result), records.row_line(attempt.timings))
+        left = _Left(
+            records.row_line(attempt.result), records.row_line(attempt.timings), attempt.curve
+        )
         if attempt.index > self._row_count:
-            entry = json.dumps({"index": attempt.index, "trial": lines[0], "timings": lines[1]})
+            entry = json.dumps({"index": attempt.index, **left._asdict()})
             records.append_line(self._pending_path, entry + "\n")
-        self._pending[attempt.index] = lines
+        self._pending[attempt.index] = left
         self._flush()
 
     def _flush(self) -> None:
-        """Writes every row whose turn has come; timings first, so that they never lag behind."""
-        while (lines := self._pending.pop(self._row_count, None)) is not None:
-            records.append_line(self.timings_path, lines[1])
-            records.append_line(self.trials_path, lines[0])
+        """Writes all whose turn has come; the row last, so that nothing ever lags behind it."""
+        while (left := self._pending.pop(self._row_count, None)) is not None:
+            append_member(self.curves_path, left.curve)
+            records.append_line(self.timings_path, left.timings)
+            records.append_line(self.trials_path, left.trial)
             self._row_count += 1
         if not self._pending:
             self._pending_path.unlink(missing_ok=True)
@@ -85,6 +100,19 @@ class ResultsFolder:
             os.truncate(self.timings_path, self.timings_path.stat().st_size - surplus)
         return kept
 
+    def _resume_curves(self) -> None:
+        """Brings the curves to the length of the rows; a new file gets its header."""
+        members = read_members(self.curves_path, cut=True)
+        if not members:
+            append_member(self.curves_path, CURVE_HEADER)
+            members = read_members(self.curves_path)
+        if members[0].text != CURVE_HEADER or len(members) <= self._row_count:
+            raise ValueError(f"{self.curves_path} is not that of {self.trials_path.name}")
+        for expected, member in zip(self._ids[: self._row_count], members[1:], strict=False):
+            if member.text and _trial_id(member.text) != expected:
+                raise ValueError(f"{self.curves_path} holds curves of another sweep")
+        os.truncate(self.curves_path, members[self._row_count].end)
+
     @staticmethod
     def _open_csv(path: Path, header: str) -> list[str]:
         """Rows of a file as lines; a new file gets its header."""
@@ -97,22 +125,23 @@ class ResultsFolder:
             )
         return lines[1:]
 
-    def _resume_pending(self) -> dict[int, tuple[str, str]]:
-        """Rows that ended before their turn, by index."""
-        pending: dict[int, tuple[str, str]] = {}
+    def _resume_pending(self) -> dict[int, _Left]:
+        """What ended before its turn, by index."""
+        pending: dict[int, _Left] = {}
         for line in records.whole_lines(self._pending_path, cut=True):
             entry = json.loads(line)
-            index, lines = entry["index"], (entry["trial"], entry["timings"])
-            if _trial_id(lines[0]) != self._ids[index]:
+            index = entry.pop("index")
+            left = _Left(**entry)
+            if _trial_id(left.trial) != self._ids[index]:
                 raise ValueError(f"{self._pending_path} holds rows of another sweep")
             if index >= self._row_count:
-                pending[index] = lines
+                pending[index] = left
         return pending
 
 
 def _trial_id(line: str) -> str:
-    """First cell of a row."""
-    return next(csv.reader([line]))[0]
+    """First cell of a row, or of the first of several."""
+    return line.partition(",")[0]
 
 
 @contextlib.contextmanager

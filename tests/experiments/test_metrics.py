@@ -27,6 +27,7 @@ def control(times: Iterable[float], phase: Phase, *, error: float | None = 0.5) 
             true_yaw_rad=1.0,
             tcp_position_m=np.zeros(3),
             servo_error=error,
+            true_error=0.4,
             is_feasible=True,
         )
         for t in times

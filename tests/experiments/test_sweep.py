@@ -9,6 +9,7 @@ import pytest
 
 from experiments import manifest, records
 from experiments.config import TrialResult, TrialTimings
+from experiments.curves import read_curves
 from experiments.presets import Preset, expand
 from experiments.results_folder import exclusive
 from experiments.sweep import SweepInterrupted, run_sweep
@@ -26,6 +27,11 @@ run_sweep(preset, Path(sys.argv[1]), int(sys.argv[2]), "toy_trial:run_trial")
 """
 
 
+def left_by(folder):
+    """What does not depend on how a sweep ran."""
+    return {name: (folder / name).read_bytes() for name in ("trials.csv", "curves.csv.gz")}
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """Folder of an unbroken sweep by one worker; not to be written to."""
@@ -38,8 +44,8 @@ def finished(tmp_path_factory):
 
 @pytest.fixture
 def unbroken(finished):
-    """Bytes of trials.csv from an unbroken sweep by one worker."""
-    return (finished / "trials.csv").read_bytes()
+    """Bytes of the rows and curves of an unbroken sweep by one worker."""
+    return left_by(finished)
 
 
 @pytest.fixture
@@ -84,7 +90,7 @@ def test_two_workers_leave_the_bytes_of_one_even_out_of_order(
     monkeypatch.setenv("TOY_SLOW_S", "0.5")
     monkeypatch.setenv("TOY_KILL_ONCE", str(tmp_path / "killed_once"))
     done = run_sweep(PRESET, tmp_path / "two", 2, toy)
-    assert (tmp_path / "two" / "trials.csv").read_bytes() == unbroken
+    assert left_by(tmp_path / "two") == unbroken
     assert not (tmp_path / "two" / "pending.jsonl").exists()
     assert (tmp_path / "killed_once").exists(), "a worker was to die and be replaced"
     assert (done.trial_count, done.error_count) == (16, 0)
@@ -106,7 +112,7 @@ def test_killed_twice_and_run_again_leaves_the_bytes_of_an_unbroken_sweep(
         assert process.returncode == -signal.SIGKILL
     assert 0 < row_count(folder) < 16
     run_sweep(PRESET, folder, workers, toy)
-    assert (folder / "trials.csv").read_bytes() == unbroken
+    assert left_by(folder) == unbroken
     assert len(json.loads((folder / "manifest.json").read_text())["sessions"]) == 3
 
 
@@ -126,7 +132,7 @@ def test_trials_that_ended_before_their_turn_survive_a_kill(
     with pending.open("a") as file:
         file.write('{"index": 15, "tri')
     run_sweep(PRESET, folder, 2, toy)
-    assert (folder / "trials.csv").read_bytes() == unbroken
+    assert left_by(folder) == unbroken
     finished = json.loads(kept[0])
     assert finished["timings"] in (folder / "timings.csv").read_text()
 
@@ -134,17 +140,32 @@ def test_trials_that_ended_before_their_turn_survive_a_kill(
 @pytest.mark.parametrize("part", [0.0, 0.02, 0.5, 0.999])
 def test_a_file_cut_anywhere_resumes_to_the_same_bytes(copy, toy, unbroken, part):
     path = copy / "trials.csv"
-    path.write_bytes(unbroken[: int(part * len(unbroken))])
+    path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
     run_sweep(PRESET, copy, 1, toy)
-    assert path.read_bytes() == unbroken
+    assert left_by(copy) == unbroken
     assert row_count(copy) == len(records.read_rows(copy / "timings.csv", TrialTimings))
+
+
+def test_a_torn_curve_is_cut_off_and_a_missing_one_is_told(copy, toy, unbroken):
+    curves = copy / "curves.csv.gz"
+    curves.write_bytes(unbroken["curves.csv.gz"] + unbroken["curves.csv.gz"][:15])
+    run_sweep(PRESET, copy, 1, toy)
+    assert left_by(copy) == unbroken
+    curves.write_bytes(unbroken["curves.csv.gz"][:-5])
+    with pytest.raises(ValueError, match=r"curves\.csv\.gz is not that of trials\.csv"):
+        run_sweep(PRESET, copy, 1, toy)
+
+
+def test_curves_are_those_of_the_rows(finished):
+    curves = read_curves(finished / "curves.csv.gz")
+    assert list(curves) == [trial.trial_id for trial in PRESET.trials]
 
 
 def test_a_finished_sweep_runs_nothing_again(copy, toy, unbroken, monkeypatch):
     monkeypatch.setenv("TOY_CRASH_SEEDS", "0,1,2,3")
     done = run_sweep(PRESET, copy, 2, toy)
     assert done.error_count == 0
-    assert done.trials_path.read_bytes() == unbroken
+    assert left_by(copy) == unbroken
 
 
 def test_a_crash_is_a_row_and_its_traceback_is_kept(tmp_path, toy, monkeypatch):
@@ -174,7 +195,7 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path, toy, unbroken, monkeypatch):
     monkeypatch.undo()
     monkeypatch.syspath_prepend(os.path.dirname(__file__))
     run_sweep(PRESET, folder, 1, toy)
-    assert (folder / "trials.csv").read_bytes() == unbroken
+    assert left_by(folder) == unbroken
 
 
 def test_a_folder_of_another_preset_is_refused_and_left_alone(copy, toy, unbroken):
@@ -184,7 +205,7 @@ def test_a_folder_of_another_preset_is_refused_and_left_alone(copy, toy, unbroke
     longer = Preset("toy", "", PRESET.cells, (*PRESET.seeds, 9))
     with pytest.raises(ValueError, match="another version of preset 'toy'"):
         run_sweep(longer, copy, 1, toy)
-    assert (copy / "trials.csv").read_bytes() == unbroken
+    assert left_by(copy) == unbroken
 
 
 def test_foreign_results_are_not_adopted(tmp_path, toy):

@@ -1,6 +1,7 @@
 """Whole trials in this process: images alone suffice, rows repeat, truth stays outside."""
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -54,13 +55,13 @@ def test_tracker_sees_images_only(monkeypatch):
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_oracle_lifts_every_object_and_renders_nothing(name):
-    row, _ = trial.run_trial(TrialConfig(tracker="oracle", object=name, speed_mps=0.5, seed=1))
+    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", object=name, speed_mps=0.5, seed=1))
     assert row.clean_success and row.gl_renderer == "none"
 
 
 def test_oracle_lifts_the_box_off_the_turntable():
     config = TrialConfig(tracker="oracle", motion="turntable", seed=2)
-    row, _ = trial.run_trial(config)
+    row, *_ = trial.run_trial(config)
     assert row.clean_success
     angle_rad = row.time_to_grasp_s * config.speed_mps / RADIUS_M
     assert row.belt_used_m == pytest.approx(angle_rad * RADIUS_M, rel=0.2)  # not at the radius
@@ -68,21 +69,22 @@ def test_oracle_lifts_the_box_off_the_turntable():
 
 @pytest.mark.slow
 def test_igpf_lifts_the_box_off_the_turntable_by_sight():
-    row, _ = trial.run_trial(TrialConfig(tracker="igpf", motion="turntable", seed=1))
+    row, *_ = trial.run_trial(TrialConfig(tracker="igpf", motion="turntable", seed=1))
     assert row.clean_success and row.track_rmse_m < 0.005
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", OBJECTS)
 def test_igpf_lifts_every_object_by_sight(name):
-    row, _ = trial.run_trial(TrialConfig(tracker="igpf", object=name, seed=1))
+    row, *_ = trial.run_trial(TrialConfig(tracker="igpf", object=name, seed=1))
     assert row.clean_success and row.track_rmse_m < 0.005
 
 
 def test_a_still_belt_ends_in_a_timeout_not_in_an_exception(monkeypatch):
     monkeypatch.setattr(environment, "TIME_LIMIT_S", 2.0)
     monkeypatch.setattr(cell, "_compiled", cell._compiled.__wrapped__)
-    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
+    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
+    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
     assert row.outcome == "timeout" and not row.success
 
 
@@ -131,6 +133,19 @@ def test_config_hash_names_every_field_and_nothing_else():
     changed = [{"seed": 1}, {"delay_s": 0.067}, {"tracker": "pf"}, {"particle_count": 151}]
     ids = {TrialConfig(**change).trial_id for change in changed}
     assert len(ids) == len(changed) and TrialConfig().trial_id not in ids
+
+
+@pytest.mark.parametrize("other", ["blur-1+dark-1", "dark-01+blur-1", "dark-1+blur-1+dark-1"])
+def test_a_condition_has_one_name_and_one_id(other):
+    one = TrialConfig(condition="dark-1+blur-1")
+    assert TrialConfig(condition=other).trial_id == one.trial_id
+    assert one.condition == "blur-1+dark-1"
+    assert TrialConfig(condition="drak-1+x").condition == "drak-1+x", "refused elsewhere, whole"
+
+
+def test_all_that_determines_a_trial_is_in_its_row():
+    columns = {field.name for field in fields(config.TrialResult)}
+    assert {field.name for field in fields(TrialConfig)} < columns
 
 
 @pytest.mark.parametrize(

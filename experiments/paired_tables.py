@@ -1,0 +1,119 @@
+"""In which cells the reference tracker is better than another one on the same worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from experiments.comparison import SIGNIFICANCE, Comparison, pooled
+from experiments.config import TrialResult
+from experiments.grouping import cell_keys, group_by, world_of
+from experiments.statistics import holm
+from experiments.tables import key_columns
+from experiments.typesetting import Column, Table, TableRow, show_rate
+
+REFERENCE_TRACKER = "igpf"
+"""The tracker that the others are compared with, world by world."""
+
+
+def paired_tables(results: Sequence[TrialResult]) -> dict[str, Table]:
+    """`paired`, a row for each cell and rival, and `verdicts`, a row for each rival.
+
+    Empty where no cell has worlds that the reference tracker and another one have met. Holm's p
+    [Holm1979] takes the cells of a rival as one family: a cell in twenty would come out at
+    p < 0.05 by accident.
+    """
+    keys = cell_keys(results)
+    cells = group_by(results, keys)
+    pairs: dict[str, dict[tuple[object, ...], Comparison]] = {}
+    for cell, members in cells.items():
+        reference = cells.get((REFERENCE_TRACKER, *cell[1:]))
+        if cell[0] != REFERENCE_TRACKER and reference is not None:
+            compared = _compare(reference, members)
+            if compared.n:
+                pairs.setdefault(cell[0], {})[cell] = compared
+    if not pairs:
+        return {}
+    rows: list[TableRow] = []
+    verdicts: list[TableRow] = []
+    for rival, comparisons in pairs.items():
+        adjusted = holm([c.p for c in comparisons.values()])
+        for (cell, compared), p in zip(comparisons.items(), adjusted, strict=True):
+            rows.append(dict(zip(keys, cell, strict=True)) | _measures(compared) | {"holm_p": p})
+        verdicts.append(_verdict(rival, list(comparisons.values()), adjusted))
+    return {"paired": _paired(keys, rows), "verdicts": _verdicts(verdicts)}
+
+
+def _compare(reference: Sequence[TrialResult], rival: Sequence[TrialResult]) -> Comparison:
+    """Paired: only worlds that both have met."""
+    return Comparison.of(*({world_of(r): r.success for r in rows} for rows in (reference, rival)))
+
+
+def _measures(pairs: Comparison) -> TableRow:
+    difference, low, high = pairs.difference
+    return {
+        "n": pairs.n,
+        "reference_rate": (pairs.both + pairs.first_only) / pairs.n,
+        "rival_rate": (pairs.both + pairs.second_only) / pairs.n,
+        "reference_only": pairs.first_only,
+        "rival_only": pairs.second_only,
+        "difference": difference,
+        "difference_low": low,
+        "difference_high": high,
+        "mcnemar_p": pairs.p,
+        "verdict": pairs.verdict,
+    }
+
+
+def _verdict(rival: str, comparisons: Sequence[Comparison], adjusted: Sequence[float]) -> TableRow:
+    """How many cells decide for whom, and all worlds of all cells together."""
+    verdicts = [compared.verdict for compared in comparisons]
+    sure = [v for v, p in zip(verdicts, adjusted, strict=True) if p < SIGNIFICANCE]
+    row: TableRow = {"tracker": rival, "cells": len(comparisons)}
+    row |= {name: verdicts.count(name) for name in ("better", "worse", "undecided")}
+    row |= {f"holm_{name}": sure.count(name) for name in ("better", "worse")}
+    return row | _measures(pooled(comparisons))
+
+
+def _paired(keys: Sequence[str], rows: Sequence[TableRow]) -> Table:
+    columns = (
+        *key_columns(keys),
+        *_difference_columns(),
+        Column("Holm p", lambda row: show_p(row["holm_p"])),
+        Column(f"{REFERENCE_TRACKER} is", lambda row: row["verdict"]),
+    )
+    return Table(tuple(rows), columns)
+
+
+def _verdicts(rows: Sequence[TableRow]) -> Table:
+    counted = ("tracker", "cells", "better", "worse", "undecided")
+    heads = {"tracker": "against", "better": f"{REFERENCE_TRACKER} better"}
+    columns = (
+        *(Column(heads.get(key, key), lambda row, key=key: str(row[key])) for key in counted),
+        Column("better (Holm)", lambda row: str(row["holm_better"])),
+        Column("worse (Holm)", lambda row: str(row["holm_worse"])),
+        *_difference_columns(),
+    )
+    return Table(tuple(rows), columns)
+
+
+def _difference_columns() -> tuple[Column, ...]:
+    return (
+        Column("n", lambda row: str(row["n"])),
+        Column(f"{REFERENCE_TRACKER} %", lambda row: show_rate(row["reference_rate"])),
+        Column("tracker %", lambda row: show_rate(row["rival_rate"])),
+        Column(f"only {REFERENCE_TRACKER}", lambda row: str(row["reference_only"])),
+        Column("only tracker", lambda row: str(row["rival_only"])),
+        Column(
+            "difference, points [95 %]",
+            lambda row: (
+                f"{100 * row['difference']:+.1f} "
+                f"[{100 * row['difference_low']:+.1f}, {100 * row['difference_high']:+.1f}]"
+            ),
+        ),
+        Column("McNemar p", lambda row: show_p(row["mcnemar_p"])),
+    )
+
+
+def show_p(p: float) -> str:
+    """A p-value in three digits; where that would be hair-splitting, its bound."""
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
