@@ -14,7 +14,8 @@ from experiments.trace import ControlSample, EstimateSample, TrialTrace
 from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, servo_error
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
-from sim.task import CONTROL_HZ, Episode
+from sim.task import CONTROL_HZ
+from sim.task_config import Episode
 from tracker.perception import TargetObservation
 
 HOLD_PATIENCE_S = 1.5
