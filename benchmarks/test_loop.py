@@ -16,7 +16,7 @@ from experiments.perception import CONTROL_ARMS
 from sim.environment import Environment, load, make_servo
 from sim.grasp import top_down_pose
 from sim.robot import HOME_Q_RAD
-from sim.task import TaskConfig
+from sim.task_config import TaskConfig
 
 ROUNDS = 5
 

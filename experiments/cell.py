@@ -15,7 +15,8 @@ from experiments.teaching import reference_template
 from sim.environment import load, make_servo
 from sim.motions import MOTIONS
 from sim.servo import Servo
-from sim.task import ConveyorGrasp, TaskConfig
+from sim.task import ConveyorGrasp
+from sim.task_config import TaskConfig
 from tracker.template import Template
 
 

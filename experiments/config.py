@@ -26,7 +26,7 @@ class TrialConfig:
     camera: str = "far-side"
     """Camera view; `beltgrasp list` names them."""
     condition: str = "normal"
-    """Light and sensor: `normal`, or degradations by level, in any order, as in `dark-3+blur-1`."""
+    """Light, sensor, surroundings: `normal`, or degradations by level, as in `dark-3+blur-1`."""
     object: str = "box"
     """Object on the belt; `beltgrasp list` names them."""
     motion: str = "constant"

@@ -15,7 +15,8 @@ from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, ser
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
 from sim.sensor import Frame
-from sim.task import CONTROL_HZ, Episode
+from sim.task import CONTROL_HZ
+from sim.task_config import Episode
 from tracker.perception import TargetObservation
 
 HOLD_PATIENCE_S = 1.5

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from sim.conveyor import BELT_CENTRE_X_M
+from sim.path import Pose
 from sim.task import ConveyorGrasp
 from tracker.image import ArrayImage
 from tracker.rectify import OverheadView
@@ -40,7 +41,7 @@ def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
 
 
 def _picture_at(task: ConveyorGrasp, physics: Any, x_m: float, y_m: float) -> np.ndarray:
-    task.lay_for_teaching(physics, x_m=x_m, y_m=y_m)
+    task.lay_for_teaching(physics, Pose(x_m, y_m, yaw_rad=0.5 * math.pi))
     rgb, _ = task.render(physics, "sensor")
     photograph = ArrayImage(rgb, None)
     length, width, height = task.prop.spec.size_m

@@ -15,6 +15,7 @@ from experiments.cell import make_cell
 from experiments.config import TrialConfig
 from sim.conveyor import BELT_CENTRE_X_M
 from sim.objects import OBJECTS
+from sim.path import Pose
 from sim.robot import HOME_Q_RAD, STROKE_M
 
 TARGET = Path(__file__).resolve().parent.parent / "docs" / "images" / "objects.jpg"
@@ -29,7 +30,7 @@ def photograph(name: str) -> np.ndarray:
     task, physics = cell.task, cell.environment.physics
     with physics.reset_context():
         task.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-        task.place_object(physics, x_m=BELT_CENTRE_X_M, y_m=0.0, yaw_rad=YAW_RAD)
+        task.place_object(physics, Pose(BELT_CENTRE_X_M, 0.0, YAW_RAD))
     rgb, _ = task.render(physics, "sensor")
     middle = task.K @ np.linalg.inv(task.view.T_world_camera)[:3] @ [BELT_CENTRE_X_M, 0, 0.04, 1]
     column, row = np.rint(middle[:2] / middle[2]).astype(int)

@@ -29,6 +29,7 @@ class Cell(composer.Arena):
     def _build(self) -> None:
         self._mjcf_root = mjcf.from_path(str(ASSETS / "cell.xml"))
         textures.apply(self._mjcf_root, "concrete", textures.concrete())
+        textures.apply(self._mjcf_root, "busy", textures.busy_print())
         self._lights = tuple(self._mjcf_root.find("light", name) for name in ("key", "fill"))
 
     @property
@@ -43,6 +44,11 @@ class Cell(composer.Arena):
     def attach_carrier(self, carrier: Carrier) -> Any:
         """Puts the belt or the turntable in front of the robot; returns the attachment frame."""
         return self.attach(carrier, self._mjcf_root.find("site", "carrier"))
+
+    def set_clutter(self, physics: Any, opacity: float) -> None:
+        """Shows a busy print on the floor, 0 for none and 1 for all of it."""
+        floor = physics.bind(self._mjcf_root.find("geom", "busy_floor")).element_id
+        physics.model.geom_rgba[floor, 3] = opacity
 
     def set_light_scale(self, physics: Any, scale: float) -> None:
         """Dims (or brightens) every light of the cell, 1 being the compiled brightness."""

@@ -10,7 +10,8 @@ from sim.arena import Cell
 from sim.carriers import CARRIERS
 from sim.robot import Robot
 from sim.servo import Servo, ServoConfig
-from sim.task import ConveyorGrasp, TaskConfig
+from sim.task import ConveyorGrasp
+from sim.task_config import TaskConfig
 
 TIME_LIMIT_S = 30.0
 """No attempt lasts longer than this in simulated time."""

@@ -143,3 +143,16 @@ class Prop(composer.Entity):
                 eye = centre + R @ [x, y, half[2] + _EYE_M]
                 drop[row, column] = mujoco.mj_ray(model, data, eye, down, None, 1, -1, geom)
         return np.abs(drop - _EYE_M) < _FACE_FLATNESS_M
+
+
+class LookAlike(Prop):
+    """The object's mirror image, like a left part beside a right one: the same colours and shape.
+
+    No turn makes it look like the object. It has no joint; its frame is led.
+    """
+
+    def _build(self, spec: GraspableObject, number: int) -> None:
+        super()._build(spec)
+        self._mjcf_root.model = f"look_alike_{number}"
+        for mesh in self._mjcf_root.find_all("mesh"):
+            mesh.scale = (1.0, -1.0, 1.0)

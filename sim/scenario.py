@@ -9,10 +9,14 @@ import numpy as np
 
 from sim.conveyor import BELT_CENTRE_X_M
 from sim.motions import MOTIONS, SpeedProfile, draw_profile
+from sim.path import Pose
 from sim.turntable import CENTRE_M, RADIUS_M
 
 _RADIAL_SHARE = 0.5
 """A turntable has less room beside the path than the belt: its share of the drawn offset."""
+
+_LOOK_ALIKE_GAP_M = 0.39
+"""From one middle to the next along the path, a quarter of the turntable: a hand has room."""
 
 
 @dataclass(frozen=True)
@@ -20,11 +24,9 @@ class Scenario:
     """One world: the object's start, at which it already moves, and the motion."""
 
     profile: SpeedProfile
-    x_m: float
-    y_m: float
-    """Where the object's centre starts in the world; the belt runs along y."""
-    yaw_rad: float
-    """Direction of the object's long axis, from the world's x axis."""
+    start: Pose
+    look_alikes: tuple[Pose, ...] = ()
+    """Starts of what rides along where the condition asks for it, the first ones first."""
 
 
 @dataclass(frozen=True)
@@ -39,19 +41,40 @@ class ScenarioRange:
     """Yaw of the long axis relative to the direction of motion."""
 
     def draw(self, motion: str, speed_mps: float, rng: np.random.Generator) -> Scenario:
-        """The scenario of the next draws of `rng`: where the object lies, then how it moves.
+        """The scenario of the next draws of `rng`: where the object lies, how it moves, the rest.
 
-        In this order the same stream lays the object alike whatever the motion.
+        In this order the same stream lays the object alike whatever the motion, and what rides
+        along changes nothing of either.
         """
         start_y_m = rng.uniform(*self.start_y_m)
-        offset_m = rng.uniform(*self.offset_m)
-        turn_rad = rng.uniform(*self.yaw_from_path_rad)
+        beside = self._draw_beside(rng)
         profile = draw_profile(motion, speed_mps, rng)
-        if MOTIONS[motion].carrier == "belt":
-            x_m = BELT_CENTRE_X_M + offset_m
-            return Scenario(profile, x_m, start_y_m, 0.5 * math.pi + turn_rad)
         angle_rad = rng.uniform(0.0, 2.0 * math.pi)
-        radius_m = RADIUS_M + _RADIAL_SHARE * offset_m
-        x_m = CENTRE_M[0] + radius_m * math.cos(angle_rad)
-        y_m = CENTRE_M[1] + radius_m * math.sin(angle_rad)
-        return Scenario(profile, x_m, y_m, angle_rad + 0.5 * math.pi + turn_rad)
+        is_belt = MOTIONS[motion].carrier == "belt"
+
+        def place(along_m: float, offset_m: float, turn_rad: float) -> Pose:
+            if is_belt:
+                return on_belt(start_y_m + along_m, offset_m, turn_rad)
+            return on_turntable(angle_rad + along_m / RADIUS_M, offset_m, turn_rad)
+
+        side = rng.choice((-1.0, 1.0))
+        slots = side * _LOOK_ALIKE_GAP_M * np.array([1.0, -1.0, 2.0])
+        look_alikes = tuple(place(float(slot), *self._draw_beside(rng)) for slot in slots)
+        return Scenario(profile, place(0.0, *beside), look_alikes)
+
+    def _draw_beside(self, rng: np.random.Generator) -> tuple[float, float]:
+        """Offset from the path [m] and yaw from its direction [rad]."""
+        return rng.uniform(*self.offset_m), rng.uniform(*self.yaw_from_path_rad)
+
+
+def on_belt(y_m: float, offset_m: float, turn_rad: float) -> Pose:
+    """A pose by its place along the belt, beside its middle and turned from its direction."""
+    return Pose(BELT_CENTRE_X_M + offset_m, y_m, 0.5 * math.pi + turn_rad)
+
+
+def on_turntable(angle_rad: float, offset_m: float, turn_rad: float) -> Pose:
+    """The same for a turntable, by the angle about its axis, with half the offset."""
+    radius_m = RADIUS_M + _RADIAL_SHARE * offset_m
+    x_m = CENTRE_M[0] + radius_m * math.cos(angle_rad)
+    y_m = CENTRE_M[1] + radius_m * math.sin(angle_rad)
+    return Pose(x_m, y_m, angle_rad + 0.5 * math.pi + turn_rad)

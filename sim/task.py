@@ -6,7 +6,6 @@ import functools
 import itertools
 import math
 from collections import deque
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,74 +16,17 @@ from dm_env import specs
 from sim.arena import Cell
 from sim.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
 from sim.carriers import CARRIERS
-from sim.degradations import NORMAL, Condition, get_condition
-from sim.motions import MOTIONS, draw_profile
+from sim.degradations import Condition, get_condition
 from sim.objects import Prop, get_object
+from sim.path import Pose
 from sim.referee import Referee
 from sim.robot import HOME_Q_RAD, STROKE_M, Robot
-from sim.scenario import Scenario, ScenarioRange
+from sim.scenery import Scenery
 from sim.sensor import Develop, Frame, Image, Sensor
+from sim.task_config import PHYSICS_HZ, Episode, TaskConfig
 
-PHYSICS_HZ = 480
 CONTROL_HZ = 120
 _CUBE_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-
-
-@dataclass(frozen=True)
-class TaskConfig:
-    """What the cell looks like and where its delays lie."""
-
-    object: str = "box"
-    camera: str = "far-side"
-    condition: str = NORMAL
-    motion: str = "constant"
-    """How the belt or the turntable moves in episodes drawn from the environment's own state."""
-    speed_mps: float = 0.25
-    """At which speed it does."""
-    scenarios: ScenarioRange = field(default_factory=ScenarioRange)
-    camera_rate_hz: float = 30.0
-    """Must divide the physics rate of 480 Hz."""
-    delay_s: float = 0.066
-    """From exposure until the image (and what is computed from it) can be used [s]."""
-    gripper_delay_s: float = 0.05
-    """From a new width command to the first finger motion [s]."""
-    finger_speed_mps: float = 0.127
-    """Speed of the opening, both fingers together."""
-    has_camera: bool = True
-    """Without a camera nothing is rendered; for control arms that see no image."""
-    observes_camera: bool = True
-    """Whether images are among the observations; without, `ConveyorGrasp.frame` has the newest,
-    and only what somebody looks at is rendered."""
-
-    @property
-    def carrier(self) -> str:
-        """What carries the object: a name of CARRIERS."""
-        return MOTIONS[self.motion].carrier
-
-    def __post_init__(self) -> None:
-        get_object(self.object)
-        get_view(self.camera)
-        get_condition(self.condition)
-        draw_profile(self.motion, self.speed_mps, np.random.default_rng(0))
-        steps = PHYSICS_HZ / self.camera_rate_hz
-        if not (math.isfinite(steps) and steps >= 1.0 and abs(steps - round(steps)) < 1e-9):
-            rates = [str(r) for r in (10, 12, 15, 20, 24, 30, 40, 48, 60, 80, 96, 120)]
-            raise ValueError(
-                f"camera_rate_hz must divide {PHYSICS_HZ} (as {', '.join(rates)} do), "
-                f"got {self.camera_rate_hz!r}"
-            )
-        for name in ("delay_s", "gripper_delay_s", "finger_speed_mps"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be a number of 0 or more, got {value!r}")
-
-
-@dataclass(frozen=True, eq=False)
-class Episode:
-    """The world of the next reset, where it shall not be drawn from the environment's state."""
-
-    scenario: Scenario
-    sensor_rng: np.random.Generator
 
 
 class _Gripper:
@@ -122,6 +64,7 @@ class ConveyorGrasp(composer.Task):
         self._arena.attach_robot(self.robot)
         self._arena.attach_carrier(self.carrier)
         self._arena.add_free_entity(self.prop)
+        self._scenery = Scenery(self._arena, self.carrier, self.view, self.prop.spec)
         add_camera(self._arena.mjcf_model, "sensor", self.view)
         add_camera(self._arena.mjcf_model, "studio", STUDIO)
         self.set_timesteps(1.0 / CONTROL_HZ, 1.0 / PHYSICS_HZ)
@@ -185,13 +128,14 @@ class ConveyorGrasp(composer.Task):
         self.scenario = episode.scenario
         self._sensor = self._make_sensor(episode.sensor_rng)
         self._gripper = _Gripper(self.config.gripper_delay_s, self.config.finger_speed_mps)
-        self.set_light_scale(physics, self.condition.light(0.0, episode.scenario.y_m))
+        self.set_light_scale(physics, self.condition.light(0.0, episode.scenario.start.y_m))
         self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-        s, speed_mps = self.scenario, self.scenario.profile(0.0)
-        self.place_object(physics, x_m=s.x_m, y_m=s.y_m, yaw_rad=s.yaw_rad)
-        vx, vy, yaw_rate = self.carrier.velocity_at(s.x_m, s.y_m, speed_mps)
+        start, speed_mps = self.scenario.start, self.scenario.profile(0.0)
+        self.place_object(physics, start)
+        vx, vy, yaw_rate = self.carrier.velocity_at(start, speed_mps)
         self.prop.set_velocity(physics, (vx, vy, 0.0), (0.0, 0.0, yaw_rate))
         self.carrier.set_speed(physics, speed_mps)
+        self._scenery.arrange(physics, self.condition, self.scenario)
         self.referee = Referee(physics, self.prop, self.robot)
 
     def before_step(
@@ -203,6 +147,13 @@ class ConveyorGrasp(composer.Task):
         self.robot.command_width(physics, self._gripper.step(float(action[12])))
         self._is_closing = action[12] < STROKE_M - 1e-6
         self.carrier.set_speed(physics, self.scenario.profile(float(physics.data.time)))
+
+    def before_substep(
+        self, physics: Any, action: np.ndarray, random_state: np.random.RandomState
+    ) -> None:
+        """Leads what rides along."""
+        del action, random_state
+        self._scenery.before_physics_step(physics)
 
     def after_substep(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Lets the camera look."""
@@ -260,21 +211,22 @@ class ConveyorGrasp(composer.Task):
         """Brightness of the cell, 1 being normal."""
         self._arena.set_light_scale(physics, scale)
 
-    def place_object(self, physics: Any, *, x_m: float, y_m: float, yaw_rad: float) -> None:
-        """Lays the object on the belt, at rest."""
-        quaternion = math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)
-        position = x_m, y_m, 0.5 * self.prop.spec.size_m[2]
+    def place_object(self, physics: Any, pose: Pose) -> None:
+        """Lays the object on the surface, at rest."""
+        quaternion = math.cos(0.5 * pose.yaw_rad), 0.0, 0.0, math.sin(0.5 * pose.yaw_rad)
+        position = pose.x_m, pose.y_m, 0.5 * self.prop.spec.size_m[2]
         self.prop.set_pose(physics, position, quaternion)
         self.prop.set_velocity(physics, np.zeros(3), np.zeros(3))
 
-    def lay_for_teaching(self, physics: Any, *, x_m: float, y_m: float) -> None:
-        """Lays the object there along y, its yaw 90 degrees, in a cell at rest.
+    def lay_for_teaching(self, physics: Any, pose: Pose) -> None:
+        """Lays the object there, in a cell at rest.
 
         All that shows is as in a new cell, whatever ran before. Reset the environment afterwards.
         """
         with physics.reset_context():
             self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-            self.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
+            self.place_object(physics, pose)
+            self._scenery.hide(physics)
         self.carrier.show_mark(physics)
         self.set_light_scale(physics, 1.0)
 

@@ -158,3 +158,23 @@ def concrete(size_px: int = 256) -> np.ndarray:
     for x, y, width, height in ((0, 0, 1000, 8), (0, 0, 8, 1000)):
         c.rectangle(x, y, width, height, (118, 119, 122))
     return c.to_uint8()
+
+
+@cache
+def busy_print(size_px: int = 256) -> np.ndarray:
+    """One period of a print of labels, discs and bars in the colours of the objects, 400 mm."""
+    c = Canvas(400.0, 400.0, size_px / 400.0, (86, 98, 100))
+    rng = np.random.default_rng(41)
+    colours = (PAPER, RED, AMBER, TEAL, NAVY, INK, KRAFT)
+    for place in range(36):  # a tile of a square grid each, so that the print is even
+        x, y = 66.6 * (place % 6), 66.6 * (place // 6)
+        first, second = rng.choice(len(colours), 2, replace=False)
+        left, top = rng.uniform(2.0, 14.0, 2)
+        width, height = rng.uniform(24.0, 48.0, 2)
+        if place % 3 == 0:
+            c.disc(x + 33.0, y + 33.0, 0.5 * width, colours[first])
+            c.disc(x + 33.0, y + 33.0, 0.25 * width, colours[second])
+        else:
+            c.rectangle(x + left, y + top, width, height, colours[first])
+            c.bars(x + left + 3.0, y + top + 4.0, width - 6.0, 0.5 * height, seed=place)
+    return c.to_uint8()

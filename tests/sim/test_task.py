@@ -9,9 +9,11 @@ from dm_env import StepType
 
 from sim.environment import load
 from sim.motions import ConstantSpeed
+from sim.path import Pose
 from sim.robot import STROKE_M
 from sim.scenario import Scenario
-from sim.task import CONTROL_HZ, Episode, TaskConfig
+from sim.task import CONTROL_HZ
+from sim.task_config import Episode, TaskConfig
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +30,7 @@ def still(environment, width_m: float = STROKE_M) -> np.ndarray:
 
 
 def begin(environment, *, speed_mps: float, y_m: float, yaw_rad: float = math.pi / 2):
-    scenario = Scenario(ConstantSpeed(speed_mps), 0.5, y_m, yaw_rad)
+    scenario = Scenario(ConstantSpeed(speed_mps), Pose(0.5, y_m, yaw_rad))
     environment.task.next_episode = Episode(scenario, np.random.default_rng(0))
     return environment.reset()
 
@@ -133,7 +135,7 @@ def test_condition_and_delay_change_without_a_new_model(environment):
         environment.task.configure(
             replace(environment.task.config, condition="resolution-2", delay_s=0.0)
         )
-        scenario = Scenario(ConstantSpeed(0.2), 0.5, -0.8, 0.3)
+        scenario = Scenario(ConstantSpeed(0.2), Pose(0.5, -0.8, 0.3))
         seen = []
         for world in (environment, fresh):
             world.task.next_episode = Episode(scenario, np.random.default_rng(5))

@@ -8,6 +8,7 @@ from dm_control import mjcf
 
 from sim.arena import Cell
 from sim.objects import OBJECTS, Prop
+from sim.path import Pose
 from sim.turntable import CENTRE_M, RADIUS_M, Turntable
 
 
@@ -25,7 +26,7 @@ def ride(scene, speed_mps: float, seconds: float) -> tuple[np.ndarray, np.ndarra
     x, y = CENTRE_M[0] + RADIUS_M, CENTRE_M[1]
     with physics.reset_context():
         box.set_pose(physics, (x, y, 0.04), (1.0, 0.0, 0.0, 0.0))
-        vx, vy, yaw_rate = table.velocity_at(x, y, speed_mps)
+        vx, vy, yaw_rate = table.velocity_at(Pose(x, y, 0.0), speed_mps)
         box.set_velocity(physics, (vx, vy, 0.0), (0.0, 0.0, yaw_rate))
     table.set_speed(physics, speed_mps)
     start = np.array([RADIUS_M, 0.0, 0.0])
