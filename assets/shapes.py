@@ -102,7 +102,7 @@ def plate(outline: np.ndarray, thickness: float, bevel: float) -> Mesh:
 
 
 def carton(size: tuple[float, float, float]) -> Mesh:
-    """Box whose six faces share one picture, as `sim/textures.py` paints it.
+    """Box whose six faces share one picture, as `sim/artwork.py` paints it.
 
     Rows of the picture from the top: lid, front (-y), base, back (+y), each as wide as the box is
     long; to the right of the lid and of the front stand the ends +x and -x.
@@ -167,8 +167,8 @@ def turned(mesh: Mesh, x_axis: tuple, y_axis: tuple, offset: tuple = (0.0, 0.0, 
 
 def joined(*meshes: Mesh) -> Mesh:
     """All of them as one, without texture coordinates."""
-    starts = np.cumsum([0] + [len(m.vertices) for m in meshes])
-    faces = [m.faces + start for m, start in zip(meshes, starts, strict=False)]
+    ends = np.cumsum([len(m.vertices) for m in meshes])
+    faces = [m.faces + end - len(m.vertices) for m, end in zip(meshes, ends, strict=True)]
     return Mesh(np.concatenate([m.vertices for m in meshes]), np.concatenate(faces))
 
 

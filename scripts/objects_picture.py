@@ -16,7 +16,6 @@ from experiments.config import TrialConfig
 from sim.conveyor import BELT_CENTRE_X_M
 from sim.objects import OBJECTS
 from sim.path import Pose
-from sim.robot import HOME_Q_RAD, STROKE_M
 
 TARGET = Path(__file__).resolve().parent.parent / "docs" / "images" / "objects.jpg"
 TILE_PX = 240
@@ -28,9 +27,7 @@ def photograph(name: str) -> np.ndarray:
     """(TILE_PX, TILE_PX, 3) uint8 view of the object on the belt."""
     cell = make_cell(TrialConfig(object=name), has_camera=True)
     task, physics = cell.task, cell.environment.physics
-    with physics.reset_context():
-        task.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-        task.place_object(physics, Pose(BELT_CENTRE_X_M, 0.0, YAW_RAD))
+    task.lay_for_teaching(physics, Pose(BELT_CENTRE_X_M, 0.0, YAW_RAD))
     rgb, _ = task.render(physics, "sensor")
     middle = task.K @ np.linalg.inv(task.view.T_world_camera)[:3] @ [BELT_CENTRE_X_M, 0, 0.04, 1]
     column, row = np.rint(middle[:2] / middle[2]).astype(int)

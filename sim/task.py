@@ -219,7 +219,7 @@ class ConveyorGrasp(composer.Task):
         self.prop.set_velocity(physics, np.zeros(3), np.zeros(3))
 
     def lay_for_teaching(self, physics: Any, pose: Pose) -> None:
-        """Lays the object there, in a cell at rest.
+        """Lays the object there, in a cell at rest and in normal light.
 
         All that shows is as in a new cell, whatever ran before. Reset the environment afterwards.
         """

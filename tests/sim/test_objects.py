@@ -19,6 +19,10 @@ def test_registry_entry_is_filed_under_its_name(spec):
     assert (ASSETS / spec.xml).is_file()
 
 
+def test_origin_of_the_file_is_told(spec):
+    assert f"`{spec.xml}`" in (ASSETS / "PROVENANCE.md").read_text(encoding="utf-8")
+
+
 def test_object_compiles_with_its_stated_mass(spec):
     prop = Prop(spec)
     physics = mjcf.Physics.from_mjcf_model(prop.mjcf_model)
