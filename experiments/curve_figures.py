@@ -19,7 +19,7 @@ from experiments.grouping import group_by
 MOST_SPEEDS = 4
 """Columns of a page: the lowest speed, the highest, and those between at equal steps."""
 
-BAND_PERCENT = (10.0, 90.0)
+BAND_PERCENT = [10.0, 50.0, 90.0]
 BAR_COUNT = 12
 """Bars of each tracker in a panel."""
 
@@ -33,7 +33,8 @@ def draw_curves(
     """True errors of all trials with median and band, and the median that the servo believes in.
 
     A row for each tracker, a column for each speed, as [IGPF2021] Fig. 13. Time begins at the
-    object's full view. Median and band are drawn while at least half of the trials go on.
+    object's full view; median and band are of all trials, of which those that have ended keep
+    their last error.
     """
     trackers, speeds = trackers_of(results), shown_speeds(results)
     figure, axes = _panels(title, len(trackers), len(speeds))
@@ -63,7 +64,7 @@ def draw_error_bars(
 ) -> Figure:
     """Mean true error of each tracker with bars of one standard deviation, a panel for each speed.
 
-    As [IGPF2021] Fig. 14; drawn while at least half of the trials go on.
+    As [IGPF2021] Fig. 14; a trial that has ended keeps its last error.
     """
     trackers, speeds = trackers_of(results), shown_speeds(results)
     figure, axes = _panels(title, 1, len(speeds))
@@ -93,19 +94,19 @@ def shown_speeds(results: Sequence[TrialResult]) -> list[float]:
     return [speeds[round(place)] for place in places.tolist()]
 
 
-def stacked(curves: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Curves of unequal length side by side.
+def stacked(curves: Sequence[np.ndarray]) -> np.ndarray:
+    """Curves of unequal length side by side; one that has ended keeps its last value.
+
+    Else the trials that go on would decide alone, and these are the ones that have not grasped.
 
     Returns:
-        (n, m) errors [m], NaN where a trial has ended or the servo knows of no target; and the
-        number of samples up to which at least half of the n trials go on, as a range (k,).
+        (n, m) errors [m], NaN where a servo knows of no target or a trial has no curve.
     """
-    lengths = np.array([len(curve) for curve in curves])
-    errors = np.full((len(curves), lengths.max(initial=0)), np.nan)
+    errors = np.full((len(curves), max(map(len, curves), default=0)), np.nan)
     for row, curve in zip(errors, curves, strict=True):
         row[: len(curve)] = curve
-    going_on = np.sum(lengths[:, np.newaxis] > np.arange(errors.shape[1]), axis=0)
-    return errors, np.flatnonzero(2 * going_on >= len(curves))
+        row[len(curve) :] = curve[-1] if len(curve) else np.nan
+    return errors
 
 
 def _end_s(
@@ -137,15 +138,13 @@ def _draw_cell(
     mine = [curves[row.trial_id] for row in members]
     for curve in mine:
         axis.plot(curve.time_s, curve.true_m, color=colour, linewidth=0.4, alpha=0.35)
-    errors, going_on = stacked([curve.true_m for curve in mine])
-    low, middle, high = np.nanpercentile(
-        errors[:, going_on], (BAND_PERCENT[0], 50, BAND_PERCENT[1]), axis=0
-    )
-    time_s = going_on / CURVE_HZ
+    errors = stacked([curve.true_m for curve in mine])
+    low, middle, high = np.percentile(errors, BAND_PERCENT, axis=0)
+    time_s = np.arange(errors.shape[1]) / CURVE_HZ
     axis.fill_between(time_s, low, high, color=colour, alpha=0.2, linewidth=0, label="10 to 90 %")
     axis.plot(time_s, middle, color=colour, linewidth=1.6, label="true, median")
-    believed, _ = stacked([curve.servo_m for curve in mine])
-    known = going_on[2 * np.sum(~np.isnan(believed[:, going_on]), axis=0) >= len(mine)]
+    believed = stacked([curve.servo_m for curve in mine])
+    known = np.flatnonzero(2 * np.sum(~np.isnan(believed), axis=0) >= len(mine))
     axis.plot(
         known / CURVE_HZ,
         np.nanmedian(believed[:, known], axis=0),
@@ -167,11 +166,12 @@ def _draw_bars(
     """A line with bars at its own times: those of the trackers stand side by side."""
     if not members:
         return
-    errors, going_on = stacked([curves[row.trial_id].true_m for row in members])
-    chosen = np.intersect1d(np.round(bars_s * CURVE_HZ).astype(int), going_on)
+    errors = stacked([curves[row.trial_id].true_m for row in members])
+    mean, spread = errors.mean(axis=0), errors.std(axis=0)
+    chosen = np.round(bars_s * CURVE_HZ).astype(int)
+    chosen = chosen[chosen < len(mean)]
     colour, marker, line = tracker_style(tracker)
-    mean, spread = np.nanmean(errors, axis=0), np.nanstd(errors, axis=0)
-    axis.plot(going_on / CURVE_HZ, mean[going_on], color=colour, linestyle=line, linewidth=1.0)
+    axis.plot(np.arange(len(mean)) / CURVE_HZ, mean, color=colour, linestyle=line, linewidth=1.0)
     axis.errorbar(
         chosen / CURVE_HZ,
         mean[chosen],

@@ -1,4 +1,4 @@
-"""In which cells the reference tracker is better than another one on the same worlds."""
+"""What differs on the same worlds: the reference tracker from others, a condition from normal."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from experiments.grouping import cell_keys, group_by, world_of
 from experiments.statistics import holm
 from experiments.tables import key_columns
 from experiments.typesetting import Column, Table, TableRow, show_rate
+from sim.degradations import NORMAL
 
 REFERENCE_TRACKER = "igpf"
 """The tracker that the others are compared with, world by world."""
@@ -43,6 +44,31 @@ def paired_tables(results: Sequence[TrialResult]) -> dict[str, Table]:
     return {"paired": _paired(keys, rows), "verdicts": _verdicts(verdicts)}
 
 
+def condition_table(results: Sequence[TrialResult]) -> Table | None:
+    """What each condition costs a tracker against the normal one in the same worlds, all speeds.
+
+    The seed lays the object alike under every condition. None without trials under both.
+    """
+    keys = [key for key in cell_keys(results) if key != "speed_mps"]
+    place = keys.index("condition")
+    cells = group_by(results, keys)
+    rows: list[TableRow] = []
+    for cell, members in cells.items():
+        normal = cells.get((*cell[:place], NORMAL, *cell[place + 1 :]))
+        if cell[place] != NORMAL and normal is not None:
+            compared = Comparison.of(
+                *({(r.speed_mps, r.seed): r.success for r in group} for group in (members, normal))
+            )
+            if compared.n:
+                rows.append(dict(zip(keys, cell, strict=True)) | _measures(compared))
+    columns = (
+        *key_columns(keys),
+        *_difference_columns("condition", NORMAL),
+        Column("condition is", lambda row: row["verdict"]),
+    )
+    return Table(tuple(rows), columns) if rows else None
+
+
 def _compare(reference: Sequence[TrialResult], rival: Sequence[TrialResult]) -> Comparison:
     """Paired: only worlds that both have met."""
     return Comparison.of(*({world_of(r): r.success for r in rows} for rows in (reference, rival)))
@@ -52,10 +78,10 @@ def _measures(pairs: Comparison) -> TableRow:
     difference, low, high = pairs.difference
     return {
         "n": pairs.n,
-        "reference_rate": (pairs.both + pairs.first_only) / pairs.n,
-        "rival_rate": (pairs.both + pairs.second_only) / pairs.n,
-        "reference_only": pairs.first_only,
-        "rival_only": pairs.second_only,
+        "first_rate": (pairs.both + pairs.first_only) / pairs.n,
+        "second_rate": (pairs.both + pairs.second_only) / pairs.n,
+        "first_only": pairs.first_only,
+        "second_only": pairs.second_only,
         "difference": difference,
         "difference_low": low,
         "difference_high": high,
@@ -77,7 +103,7 @@ def _verdict(rival: str, comparisons: Sequence[Comparison], adjusted: Sequence[f
 def _paired(keys: Sequence[str], rows: Sequence[TableRow]) -> Table:
     columns = (
         *key_columns(keys),
-        *_difference_columns(),
+        *_difference_columns(REFERENCE_TRACKER, "tracker"),
         Column("Holm p", lambda row: show_p(row["holm_p"])),
         Column(f"{REFERENCE_TRACKER} is", lambda row: row["verdict"]),
     )
@@ -91,18 +117,18 @@ def _verdicts(rows: Sequence[TableRow]) -> Table:
         *(Column(heads.get(key, key), lambda row, key=key: str(row[key])) for key in counted),
         Column("better (Holm)", lambda row: str(row["holm_better"])),
         Column("worse (Holm)", lambda row: str(row["holm_worse"])),
-        *_difference_columns(),
+        *_difference_columns(REFERENCE_TRACKER, "tracker"),
     )
     return Table(tuple(rows), columns)
 
 
-def _difference_columns() -> tuple[Column, ...]:
+def _difference_columns(first: str, second: str) -> tuple[Column, ...]:
     return (
         Column("n", lambda row: str(row["n"])),
-        Column(f"{REFERENCE_TRACKER} %", lambda row: show_rate(row["reference_rate"])),
-        Column("tracker %", lambda row: show_rate(row["rival_rate"])),
-        Column(f"only {REFERENCE_TRACKER}", lambda row: str(row["reference_only"])),
-        Column("only tracker", lambda row: str(row["rival_only"])),
+        Column(f"{first} %", lambda row: show_rate(row["first_rate"])),
+        Column(f"{second} %", lambda row: show_rate(row["second_rate"])),
+        Column(f"only {first}", lambda row: str(row["first_only"])),
+        Column(f"only {second}", lambda row: str(row["second_only"])),
         Column(
             "difference, points [95 %]",
             lambda row: (

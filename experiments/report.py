@@ -10,7 +10,7 @@ from experiments import records
 from experiments.config import TrialResult, TrialTimings
 from experiments.curves import ErrorCurve, read_curves
 from experiments.half_speed import half_speed_table
-from experiments.paired_tables import paired_tables
+from experiments.paired_tables import condition_table, paired_tables
 from experiments.tables import (
     blame_table,
     cost_table,
@@ -20,7 +20,7 @@ from experiments.tables import (
 )
 from experiments.typesetting import Table
 
-_IN_TERMINAL = ("success", "half_speed", "verdicts", "blame")
+_IN_TERMINAL = ("success", "half_speed", "verdicts", "conditions", "blame")
 """Tables that say in short what was found; the others are in the folder."""
 
 
@@ -62,6 +62,7 @@ def _tables(results: Sequence[TrialResult], timings: Sequence[TrialTimings]) -> 
         "costs": cost_table(results, timings),
         "half_speed": half_speed_table(results),
         **paired_tables(results),
+        "conditions": condition_table(results),
         "blame": blame_table(results),
     }
     return {name: table for name, table in tables.items() if table is not None}

@@ -79,11 +79,11 @@ def test_rates_stand_at_their_speeds_and_the_bound_where_speeds_come_near(sweep)
     assert draw_speed(sweep(lambda c: True, speed_mps=[0.5])) is None
 
 
-def test_curves_of_unequal_length_stand_side_by_side():
-    errors, going_on = stacked([np.ones(4), np.full(2, 3.0), np.full(1, 5.0)])
-    assert errors.shape == (3, 4)
-    assert np.nanmean(errors, axis=0).tolist() == [3.0, 2.0, 1.0, 1.0]
-    assert going_on.tolist() == [0, 1], "from the third sample on only one of three goes on"
+def test_curves_that_have_ended_keep_their_last_value():
+    errors = stacked([np.array([4.0, 3.0, 2.0, 1.0]), np.array([3.0, 0.5]), np.empty(0)])
+    np.testing.assert_array_equal(errors[0], [4.0, 3.0, 2.0, 1.0])
+    np.testing.assert_array_equal(errors[1], [3.0, 0.5, 0.5, 0.5])
+    assert np.isnan(errors[2]).all()
 
 
 def test_lowest_and_highest_speed_are_always_shown(sweep):
