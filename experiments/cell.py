@@ -12,6 +12,7 @@ import numpy as np
 
 from experiments.config import TrialConfig
 from experiments.teaching import reference_template
+from sim.embodiments import get_embodiment
 from sim.environment import load, make_servo
 from sim.servo import Servo
 from sim.task import ConveyorGrasp, TaskConfig
@@ -75,9 +76,10 @@ class Cell:
 
 def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
     """The world that `config` asks for."""
-    cell = _compiled(config.object, config.camera, has_camera)
+    cell = _compiled(config.embodiment, config.object, config.camera, has_camera)
     cell.task.configure(
         TaskConfig(
+            embodiment=config.embodiment,
             object=config.object,
             camera=config.camera,
             has_camera=has_camera,
@@ -91,10 +93,12 @@ def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
 
 
 @functools.lru_cache(maxsize=8)
-def _compiled(object_name: str, camera: str, has_camera: bool) -> Cell:
+def _compiled(embodiment: str, object_name: str, camera: str, has_camera: bool) -> Cell:
     """Compiling takes longer than a trial's first second: a sweep reuses its last cells."""
-    task = TaskConfig(object=object_name, camera=camera, has_camera=has_camera)
-    cell = Cell(load(task), make_servo())
+    task = TaskConfig(
+        embodiment=embodiment, object=object_name, camera=camera, has_camera=has_camera
+    )
+    cell = Cell(load(task), make_servo(get_embodiment(embodiment)))
     # A finalizer's own turn at exit may come after EGL's end; registered now, its turn is before.
     release = weakref.finalize(cell, cell.task.close)
     release.atexit = False

@@ -19,7 +19,7 @@ from experiments.statistics import (
 World: TypeAlias = tuple[Any, ...]
 """What a trial met, whoever tracked: the setting and the seed."""
 
-SETTING = ("camera", "condition", "object", "motion", "predictor", "delay_s", "speed_mps")
+SETTING = tuple("embodiment camera condition object motion predictor delay_s speed_mps".split())
 """Columns that name what a trial met, except the seed."""
 
 SIGNIFICANCE = 0.05

@@ -11,7 +11,7 @@ from experiments.config import TrialConfig, TrialTimings
 from experiments.perception import Seeing, make_perception
 from experiments.seeding import Stream, generator
 from experiments.trace import ControlSample, EstimateSample, TrialTrace
-from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, servo_error
+from sim.grasp import Grasp, GraspCommand, Phase, TargetMotion, servo_error
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
 from sim.task import CONTROL_HZ, Episode
@@ -34,8 +34,13 @@ class Loop:
         cell.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))
         self._timestep = cell.environment.reset()
         cell.servo.reset(cell.task.robot.q(cell.environment.physics))
+        embodiment, home = cell.task.embodiment, cell.servo.T_world_tcp
         self.grasp = Grasp(
-            GraspConfig(), 1.0 / CONTROL_HZ, config.gripper_delay_s, cell.servo.T_world_tcp
+            embodiment.grasp,
+            1.0 / CONTROL_HZ,
+            config.gripper_delay_s,
+            home,
+            base_x_m=embodiment.base_x_m,
         )
         self.command: GraspCommand | None = None
         self.image: np.ndarray | None = None

@@ -90,7 +90,7 @@ def show_rate(rate: float) -> str:
 
 def cell_keys(results: Sequence[TrialResult]) -> list[str]:
     """Columns that name a cell: the usual four, and others that vary in these results."""
-    others = ("object", "motion", "predictor", "delay_s")
+    others = ("embodiment", "object", "motion", "predictor", "delay_s")
     varying = [key for key in others if len({getattr(row, key) for row in results}) > 1]
     return ["tracker", "camera", "condition", *varying, "speed_mps"]
 
@@ -257,5 +257,5 @@ def blame_table(results: Sequence[TrialResult]) -> Table | None:
 
 
 def _belt_world(row: TrialResult) -> tuple[Any, ...]:
-    """What the oracle meets: the object, the belt and the seed."""
-    return row.object, row.motion, row.speed_mps, row.seed
+    """What the oracle meets: the arm, the object, the belt and the seed."""
+    return row.embodiment, row.object, row.motion, row.speed_mps, row.seed

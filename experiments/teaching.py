@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from sim.conveyor import BELT_CENTRE_X_M
-from sim.robot import HOME_Q_RAD, STROKE_M
 from sim.task import ConveyorGrasp
 from tracker.rectify import OverheadView
 from tracker.template import Template
@@ -41,7 +40,7 @@ def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
 
 def _picture_at(task: ConveyorGrasp, physics: Any, x_m: float, y_m: float) -> np.ndarray:
     with physics.reset_context():
-        task.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+        task.robot.go_home(physics)
         task.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
     rgb, _ = task.render(physics, "sensor")
     length, width, height = task.prop.spec.size_m

@@ -13,7 +13,9 @@ from experiments.manifest import provenance
 from experiments.perception import CONTROL_ARMS
 from experiments.video import VideoRecorder
 
-_CONFIG_COLUMNS = "tracker camera condition object motion predictor speed_mps delay_s seed".split()
+_CONFIG_COLUMNS = (
+    "tracker embodiment camera condition object motion predictor speed_mps delay_s seed".split()
+)
 
 
 def run_trial(

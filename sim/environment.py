@@ -8,6 +8,7 @@ from dm_control import composer, mjcf
 
 from sim.arena import Cell
 from sim.conveyor import Conveyor
+from sim.embodiments import UR5_RG2, Embodiment
 from sim.robot import Robot
 from sim.servo import Servo, ServoConfig
 from sim.task import ConveyorGrasp, TaskConfig
@@ -37,15 +38,17 @@ def load(
     )
 
 
-def make_servo(config: ServoConfig | None = None) -> Servo:
+def make_servo(embodiment: Embodiment = UR5_RG2, config: ServoConfig | None = None) -> Servo:
     """A servo on the cell's own arm, hand and belt, with the fingers fixed at full opening."""
-    arena, robot, conveyor = Cell(), Robot(fixed_fingers=True), Conveyor()
+    arena, robot = Cell(embodiment), Robot(embodiment, fixed_fingers=True)
+    conveyor = Conveyor()
     arena.attach_robot(robot)
     arena.attach_conveyor(conveyor)
     model: mujoco.MjModel = mjcf.Physics.from_mjcf_model(arena.mjcf_model).model.ptr
     return Servo(
         model,
         config or ServoConfig(),
+        joint_speed_radps=embodiment.arm.joint_speed_radps,
         tcp_site=robot.tcp_site.full_identifier,
         hand_geoms=[geom.full_identifier for geom in robot.hand_geoms],
         belt_geoms=[geom.full_identifier for geom in (conveyor.belt_geom, *conveyor.rail_geoms)],

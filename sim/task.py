@@ -17,10 +17,12 @@ from sim.arena import Cell
 from sim.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
 from sim.conveyor import BELT_CENTRE_X_M, Conveyor
 from sim.degradations import NORMAL, Condition, get_condition
+from sim.embodiments import Embodiment, get_embodiment
+from sim.grippers import Gripper
 from sim.motions import draw_profile
 from sim.objects import Prop, get_object
 from sim.referee import Referee
-from sim.robot import HOME_Q_RAD, STROKE_M, Robot
+from sim.robot import Robot
 from sim.scenario import Scenario, ScenarioRange
 from sim.sensor import Frame, Image, Sensor
 
@@ -33,6 +35,7 @@ _CUBE_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 class TaskConfig:
     """What the cell looks like and where its delays lie."""
 
+    embodiment: str = "ur5-rg2"
     object: str = "box"
     camera: str = "far-side"
     condition: str = NORMAL
@@ -47,12 +50,11 @@ class TaskConfig:
     """From exposure until the image (and what is computed from it) can be used [s]."""
     gripper_delay_s: float = 0.05
     """From a new width command to the first finger motion [s]."""
-    finger_speed_mps: float = 0.127
-    """Speed of the opening, both fingers together."""
     has_camera: bool = True
     """Without a camera nothing is rendered; for control arms that see no image."""
 
     def __post_init__(self) -> None:
+        get_embodiment(self.embodiment)
         get_object(self.object)
         get_view(self.camera)
         get_condition(self.condition)
@@ -64,7 +66,7 @@ class TaskConfig:
                 f"camera_rate_hz must divide {PHYSICS_HZ} (as {', '.join(rates)} do), "
                 f"got {self.camera_rate_hz!r}"
             )
-        for name in ("delay_s", "gripper_delay_s", "finger_speed_mps"):
+        for name in ("delay_s", "gripper_delay_s"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} must be a number of 0 or more, got {value!r}")
@@ -78,13 +80,13 @@ class Episode:
     sensor_rng: np.random.Generator
 
 
-class _Gripper:
+class _GripperControl:
     """The gripper's own controller: a delay, then a set-point of limited speed."""
 
-    def __init__(self, delay_s: float, speed_mps: float) -> None:
-        self._pending = deque([STROKE_M] * round(delay_s * CONTROL_HZ))
-        self._step_m = speed_mps / CONTROL_HZ
-        self._width_m = STROKE_M
+    def __init__(self, gripper: Gripper, delay_s: float) -> None:
+        self._pending = deque([gripper.stroke_m] * round(delay_s * CONTROL_HZ))
+        self._step_m = gripper.speed_mps / CONTROL_HZ
+        self._width_m = gripper.stroke_m
 
     def step(self, command_m: float) -> float:
         self._pending.append(command_m)
@@ -106,8 +108,9 @@ class ConveyorGrasp(composer.Task):
         self.config = config
         self.view: CameraView = get_view(config.camera)
         self.next_episode: Episode | None = None
-        self._arena = Cell()
-        self.robot = Robot()
+        self.embodiment: Embodiment = get_embodiment(config.embodiment)
+        self._arena = Cell(self.embodiment)
+        self.robot = Robot(self.embodiment)
         self._conveyor = Conveyor()
         self.prop = Prop(get_object(config.object))
         self._arena.attach_robot(self.robot)
@@ -123,10 +126,10 @@ class ConveyorGrasp(composer.Task):
     def configure(self, config: TaskConfig) -> None:
         """Changes what needs no new model, from the next reset on.
 
-        Raises ValueError for another object or camera, or where one camera has a renderer and
-        the other none.
+        Raises ValueError for another embodiment, object or camera, or where one camera has a
+        renderer and the other none.
         """
-        for name in ("object", "camera", "has_camera"):
+        for name in ("embodiment", "object", "camera", "has_camera"):
             if getattr(config, name) != getattr(self.config, name):
                 raise ValueError(
                     f"{name} is {getattr(self.config, name)!r} in the compiled model, "
@@ -153,7 +156,8 @@ class ConveyorGrasp(composer.Task):
     def action_spec(self, physics: Any) -> specs.BoundedArray:
         """Joint positions, joint velocities, opening."""
         del physics
-        high = np.concatenate([np.full(6, 2 * np.pi), np.full(6, np.pi), [STROKE_M]])
+        speeds, stroke_m = self.embodiment.arm.joint_speed_radps, self.embodiment.gripper.stroke_m
+        high = np.concatenate([np.full(6, 2 * np.pi), speeds, [stroke_m]])
         low = np.concatenate([-high[:12], [0.0]])
         return specs.BoundedArray((13,), float, low, high, name="joint_targets_and_width")
 
@@ -172,9 +176,9 @@ class ConveyorGrasp(composer.Task):
         self.next_episode = None
         self.scenario = episode.scenario
         self._sensor = self._make_sensor(episode.sensor_rng)
-        self._gripper = _Gripper(self.config.gripper_delay_s, self.config.finger_speed_mps)
+        self._gripper = _GripperControl(self.embodiment.gripper, self.config.gripper_delay_s)
         self.set_light_scale(physics, self.condition.light(0.0, self.scenario.start_y_m))
-        self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+        self.robot.go_home(physics)
         s = self.scenario
         x_m = BELT_CENTRE_X_M + s.offset_m
         self.place_object(physics, x_m=x_m, y_m=s.start_y_m, yaw_rad=s.yaw_rad)
@@ -189,7 +193,7 @@ class ConveyorGrasp(composer.Task):
         del random_state
         self.robot.command_arm(physics, action[:6], action[6:12])
         self.robot.command_width(physics, self._gripper.step(float(action[12])))
-        self._is_closing = action[12] < STROKE_M - 1e-6
+        self._is_closing = action[12] < self.embodiment.gripper.stroke_m - 1e-6
         self._conveyor.set_speed(physics, self.scenario.profile(float(physics.data.time)))
 
     def after_substep(self, physics: Any, random_state: np.random.RandomState) -> None:

@@ -15,6 +15,7 @@ def registries(monkeypatch):
         "trackers": {"igpf": "the filter", "pf": "the other"},
         "control arms": {"oracle": "the truth"},
         "peers": {"csrt": "a rival"},
+        "embodiments": {"ur5-rg2": "an arm"},
         "cameras": {"far-side": "a camera"},
         "objects": {"box": "a carton"},
         "motions": {"constant": "one speed"},

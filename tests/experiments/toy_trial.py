@@ -22,6 +22,7 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
         "trial_id": config.trial_id,
         "preset": preset,
         "tracker": config.tracker,
+        "embodiment": config.embodiment,
         "camera": config.camera,
         "condition": config.condition,
         "object": config.object,

@@ -41,7 +41,13 @@ def test_surfaces_are_closed_and_face_outwards(generator):
         assert volume > 0, name
 
 
-@pytest.mark.parametrize("path", ["robots/ur5.xml", "grippers/rg2.xml", "conveyor.xml", "cell.xml"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        *("robots/ur5.xml", "robots/ur3.xml", "grippers/rg2.xml", "grippers/soft.xml"),
+        *("conveyor.xml", "cell.xml"),
+    ],
+)
 def test_model_files_load_on_their_own(path):
     assert mujoco.MjModel.from_xml_path(str(ASSETS / path)).nbody >= 1
 

@@ -8,8 +8,8 @@ import pytest
 from dm_env import StepType
 
 from sim.environment import load
+from sim.grippers import RG2
 from sim.motions import ConstantSpeed
-from sim.robot import STROKE_M
 from sim.scenario import Scenario, ScenarioRange
 from sim.task import CONTROL_HZ, Episode, TaskConfig
 
@@ -21,7 +21,7 @@ def environment():
     environment.task.close()
 
 
-def still(environment, width_m: float = STROKE_M) -> np.ndarray:
+def still(environment, width_m: float = RG2.stroke_m) -> np.ndarray:
     """The action that stays in place."""
     q = environment.task.robot.q(environment.physics)
     return np.concatenate([q, np.zeros(6), [width_m]])
@@ -81,11 +81,11 @@ def test_fingers_start_late_and_close_at_the_gripper_s_speed(environment):
     for _ in range(CONTROL_HZ):
         widths.append(float(environment.step(action).observation["robot/width_m"]))
     times = np.arange(1, CONTROL_HZ + 1) / CONTROL_HZ
-    started = times[np.array(widths) < STROKE_M - 0.001][0]
+    started = times[np.array(widths) < RG2.stroke_m - 0.001][0]
     assert 0.05 < started < 0.10
     half_way = (times > 0.3) & (times < 0.6)
     speed = -np.polyfit(times[half_way], np.array(widths)[half_way], 1)[0]
-    assert speed == pytest.approx(environment.task.config.finger_speed_mps, rel=0.02)
+    assert speed == pytest.approx(RG2.speed_mps, rel=0.02)
 
 
 def test_object_rides_at_belt_speed_and_is_gone_at_the_end(environment):
@@ -172,6 +172,7 @@ def test_another_object_or_camera_needs_a_new_model(environment):
         ("condition", "foggy", "condition must be normal, or NAME-LEVEL"),
         ("motion", "zigzag", "motion must be one of constant"),
         ("speed_mps", -1.0, "speed_mps must be finite and >= 0"),
+        ("embodiment", "ur7", "embodiment must be one of ur5-rg2, ur3-soft; got 'ur7'"),
         ("object", "ball", "object must be one of box"),
     ],
 )
