@@ -38,6 +38,7 @@ class Sensor:
         delay_s: float,
         tick_hz: int,
         rng: np.random.Generator,
+        K: np.ndarray | None = None,
     ) -> None:
         """Prepares the noise.
 
@@ -47,6 +48,7 @@ class Sensor:
             delay_s: From the middle of an exposure until the image has arrived.
             tick_hz: Rate of the physics; exposures begin on its steps.
             rng: The only source of randomness.
+            K: (3, 3) intrinsics; only time of flight asks for them.
         """
         self._condition = condition
         self._tick_hz = tick_hz
@@ -54,7 +56,7 @@ class Sensor:
         self._shots = min(max(round(condition.exposure_s * tick_hz), 1), self._interval)
         self._delay = round(delay_s * tick_hz)
         (self._delivery_rng,) = rng.spawn(1)
-        self._noise = SensorNoise(condition, rng)
+        self._noise = SensorNoise(condition, rng, K)
         self._open: list[Image] = []
         self._under_way: deque[tuple[int, Frame]] = deque()
         self._count, self._seen_tick, self._is_dropped = 0, -1, False
@@ -126,8 +128,10 @@ class SensorNoise:
     _MARGIN_PX = 64
     _BLOT_PX = 7
 
-    def __init__(self, condition: Condition, rng: np.random.Generator) -> None:
-        self._rng = rng
+    def __init__(
+        self, condition: Condition, rng: np.random.Generator, K: np.ndarray | None = None
+    ) -> None:
+        self._rng, self._K = rng, K
         self._height, self._width = condition.height_px, condition.width_px
         size = (self._height + self._MARGIN_PX, self._width + self._MARGIN_PX)
         self._colour = self._depth = self._holes = self._std_of_level = None
@@ -144,6 +148,12 @@ class SensorNoise:
         if condition.depth_hole_share > 0.0:
             blots = cv2.GaussianBlur(rng.random(size, np.float32), (0, 0), self._BLOT_PX / 2)
             self._holes = blots < np.quantile(blots, condition.depth_hole_share)
+        self._time_of_flight = condition.time_of_flight
+        if self._time_of_flight is not None:
+            if K is None:
+                raise ValueError("K must be given where depth is measured by time of flight")
+            self._normal = rng.standard_normal(size, np.float32)
+            self._uniform = rng.random(size, np.float32)
 
     def on(self, rgb: np.ndarray, depth_m: np.ndarray) -> Image:
         """The noisy image: (h, w, 3) uint8 colours, saturated, and (h, w) float32 depth [m].
@@ -155,6 +165,9 @@ class SensorNoise:
             if self._std_of_level is not None:
                 noise = noise * self._std_of_level[rgb]
             rgb = cv2.add(rgb, noise, dtype=cv2.CV_8U)
+        if self._time_of_flight is not None and self._K is not None:
+            draws = self._window(self._normal), self._window(self._uniform)
+            depth_m = self._time_of_flight.measure(depth_m, self._K, *draws)
         if self._depth is not None:
             depth_m = depth_m + self._window(self._depth)
         if self._holes is not None:

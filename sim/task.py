@@ -274,7 +274,7 @@ class ConveyorGrasp(composer.Task):
 
     def _make_sensor(self, rng: np.random.Generator) -> Sensor:
         c = self.config
-        return Sensor(self.condition, c.camera_rate_hz, c.delay_s, PHYSICS_HZ, rng)
+        return Sensor(self.condition, c.camera_rate_hz, c.delay_s, PHYSICS_HZ, rng, self.K)
 
     def _make_observables(self) -> dict[str, observable.Observable]:
         sensor = {

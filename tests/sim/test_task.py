@@ -168,7 +168,7 @@ def test_another_object_or_camera_needs_a_new_model(environment):
         ("camera_rate_hz", 50.0, "camera_rate_hz must divide 480"),
         ("camera_rate_hz", math.nan, "camera_rate_hz must divide 480"),
         ("delay_s", -0.1, "delay_s must be a number of 0 or more, got -0.1"),
-        ("camera", "under", "camera must be one of far-side, overhead; got 'under'"),
+        ("camera", "under", "camera must be one of far-side, kinect, overhead; got 'under'"),
         ("condition", "foggy", "condition must be normal, or NAME-LEVEL"),
         ("motion", "zigzag", "motion must be one of constant"),
         ("speed_mps", -1.0, "speed_mps must be finite and >= 0"),
