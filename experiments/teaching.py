@@ -40,7 +40,7 @@ def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
 
 def _picture_at(task: ConveyorGrasp, physics: Any, x_m: float, y_m: float) -> np.ndarray:
     with physics.reset_context():
-        task.robot.go_home(physics)
+        task.clear_up(physics)
         task.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
     rgb, _ = task.render(physics, "sensor")
     length, width, height = task.prop.spec.size_m

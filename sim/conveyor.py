@@ -54,6 +54,10 @@ class Conveyor(composer.Entity):
     def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Composer's hook: the drawn belt starts at its mark."""
         del random_state
+        self.rewind(physics)
+
+    def rewind(self, physics: Any) -> None:
+        """Puts the drawn belt back to its mark."""
         self._travel_m, self._shown_at_s = 0.0, float(physics.time())
         self._show_travel(physics)
 

@@ -236,6 +236,11 @@ class ConveyorGrasp(composer.Task):
         """Brightness of the cell, 1 being normal."""
         self._arena.set_light_scale(physics, scale)
 
+    def clear_up(self, physics: Any) -> None:
+        """Puts the open hand at home and the drawn belt at its mark."""
+        self.robot.go_home(physics)
+        self._conveyor.rewind(physics)
+
     def place_object(self, physics: Any, *, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Lays the object on the belt, at rest."""
         quaternion = math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)
