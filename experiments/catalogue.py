@@ -37,7 +37,9 @@ def catalogue() -> dict[str, dict[str, str]]:
         "motions": _descriptions(MOTIONS),
         "conditions": {NORMAL: "bright even light, 640 x 480, noise of 2 levels and 2 mm"}
         | {
-            f"{name}-1 to -{len(entry.levels)}": entry.description
+            f"{name}-1" + (f" to -{count}" if (count := len(entry.levels)) > 1 else ""): (
+                entry.description
+            )
             for name, entry in DEGRADATIONS.items()
         },
         "predictors": _descriptions(PREDICTORS),
