@@ -140,7 +140,7 @@ def _draw_cell(
         axis.plot(curve.time_s, curve.true_m, color=colour, linewidth=0.4, alpha=0.35)
     errors = stacked([curve.true_m for curve in mine])
     low, middle, high = np.percentile(errors, BAND_PERCENT, axis=0)
-    time_s = np.arange(errors.shape[1]) / CURVE_HZ
+    time_s = np.arange(len(middle), dtype=float) / CURVE_HZ
     axis.fill_between(time_s, low, high, color=colour, alpha=0.2, linewidth=0, label="10 to 90 %")
     axis.plot(time_s, middle, color=colour, linewidth=1.6, label="true, median")
     believed = stacked([curve.servo_m for curve in mine])

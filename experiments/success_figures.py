@@ -90,18 +90,20 @@ def _draw_bound(axis: Axes, members: Sequence[TrialResult]) -> None:
     (first, *_) = members
     if first.motion != "constant":
         return
-    from sim.grasp import GraspConfig
+    from sim.embodiments import get_embodiment
     from sim.interception import closing_time_s, interceptable_share
     from sim.objects import get_object
     from sim.scenario import ScenarioRange
 
-    _, width_m, height_m = get_object(first.object).size_m
+    spec, embodiment = get_object(first.object), get_embodiment(first.embodiment)
+    _, width_m, height_m = spec.size_m
     speeds = np.linspace(0.0, 3.0, 301)
     share = interceptable_share(
+        embodiment,
         speeds,
         ScenarioRange().offset_m,
-        height_m - GraspConfig().depth_m,
-        closing_time_s(width_m, first.gripper_delay_s),
+        height_m - spec.grasp_depth_m,
+        closing_time_s(embodiment.gripper, width_m, first.gripper_delay_s),
     )
     starts, ends = speeds[share < 1.0][0], speeds[share <= 0.0][0]
     if max(row.speed_mps for row in members) < _NEAR_BOUND * starts:

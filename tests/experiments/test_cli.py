@@ -15,6 +15,7 @@ def registries(monkeypatch):
         "trackers": {"igpf": "the filter", "pf": "the other"},
         "control arms": {"oracle": "the truth"},
         "peers": {"csrt": "a rival"},
+        "embodiments": {"ur5-rg2": "an arm"},
         "cameras": {"far-side": "a camera"},
         "objects": {"box": "a carton"},
         "motions": {"constant": "one speed"},
@@ -93,7 +94,7 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("trial --predictor none", "predictor must be one of kalman; got 'none'"),
         (
             "sweep lop",
-            "preset must be one of demo, smoke, loop, predictors, paper, speed, stress,",
+            "preset must be one of demo, smoke, loop, predictors, paper, real-cell, speed, stress,",
         ),
         ("sweep demo --seeds 0", "seeds must be 1 or greater, got 0"),
         ("sweep demo --trackers igfp", "tracker must be one of igpf, pf, oracle, csrt; got 'igfp'"),
