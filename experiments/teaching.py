@@ -43,6 +43,7 @@ def _picture_at(task: ConveyorGrasp, physics: Any, x_m: float, y_m: float) -> np
     with physics.reset_context():
         task.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
         task.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
+        task.rewind_belt(physics)  # an earlier trial left it elsewhere, and its seams show
     rgb, _ = task.render(physics, "sensor")
     length, width, height = task.prop.spec.size_m
     view = OverheadView(

@@ -52,8 +52,12 @@ class Conveyor(composer.Entity):
         physics.model.geom_surfacevel[physics.bind(self._belt).element_id, 1] = speed_mps
 
     def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:
-        """Composer's hook: the drawn belt starts at its mark."""
+        """Composer's hook."""
         del random_state
+        self.rewind(physics)
+
+    def rewind(self, physics: Any) -> None:
+        """Puts the drawn belt at its mark."""
         self._travel_m, self._shown_at_s = 0.0, float(physics.time())
         self._show_travel(physics)
 

@@ -245,6 +245,10 @@ class ConveyorGrasp(composer.Task):
         self.prop.set_pose(physics, position, quaternion)
         self.prop.set_velocity(physics, np.zeros(3), np.zeros(3))
 
+    def rewind_belt(self, physics: Any) -> None:
+        """Puts the drawn belt at its mark, as at the start of an episode."""
+        self._conveyor.rewind(physics)
+
     def is_in_view(self, physics: Any) -> bool:
         """Whether every corner of the object projects into the sensor's image."""
         T_camera_object = np.linalg.inv(self.view.T_world_camera) @ self.referee.object_pose(

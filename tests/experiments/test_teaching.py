@@ -7,6 +7,7 @@ import pytest
 from experiments import teaching
 from experiments.cell import make_cell
 from experiments.config import TrialConfig
+from experiments.loop import Loop
 
 
 def picture(condition: str) -> np.ndarray:
@@ -22,6 +23,15 @@ def sharp() -> np.ndarray:
 def test_picture_is_the_face_alone_at_the_stated_scale(sharp):
     assert sharp.shape == (81, 201) and sharp.dtype == np.uint8
     assert sharp.std() > 30.0
+
+
+def test_a_trial_before_leaves_no_mark_on_the_picture(sharp):
+    """The drawn belt moves with a trial; at the object's edges it shows."""
+    cell = make_cell(TrialConfig(), has_camera=True)
+    Loop(TrialConfig(tracker="static", speed_mps=0.5), cell)
+    for _ in range(10):
+        cell.environment.step(np.concatenate([cell.servo.q, np.zeros(6), [0.11]]))
+    assert np.array_equal(picture("normal"), sharp)
 
 
 def test_coarse_picture_is_the_mean_of_what_each_pixel_covers(sharp, monkeypatch):
