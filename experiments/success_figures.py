@@ -135,7 +135,8 @@ def draw_matrix(results: Sequence[TrialResult]) -> Figure | None:
         return None
     panel_keys = [k for k in (*others, "speed_mps") if k != row_key]
     panels = group_by(results, panel_keys)
-    rows = sorted({getattr(row, row_key) for row in results}, key=_ease(results, row_key))
+    values = dict.fromkeys(getattr(row, row_key) for row in results)
+    rows = sorted(values, key=_ease(results, row_key))
     trackers = trackers_of(results)
     columns = max(1, _PAGE_CELLS // len(trackers))
     figure, axes = panel_grid(len(panels), columns, PAGE_WIDTH_IN, row_in=0.6 + 0.2 * len(rows))

@@ -80,7 +80,7 @@ def test_trial_in_another_process_gives_the_row_of_the_sweep(smoke):
 def test_report_leaves_tables_and_figures(smoke):
     out = beltgrasp("report", smoke)
     assert "igpf" in out.stdout
-    for name in ("tables/success.csv", "tables/success.md", "figures/success_vs_speed.png"):
+    for name in ("tables/success.csv", "tables/success.md", "figures/outcomes.png"):
         assert (smoke / name).stat().st_size > 0
 
 
