@@ -6,13 +6,14 @@ last line, which has no line end and is cut off before the next row is written.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import dataclasses
 import io
 import os
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,6 +21,9 @@ from typing import Any, TypeVar
 from experiments.config import TrialConfig, TrialResult, TrialTimings
 
 Row = TypeVar("Row", TrialResult, TrialTimings)
+
+_DETAIL_LIMIT = 1000
+"""Characters of an error's message in its row; Python reads no cell of more than 131 072."""
 
 
 def format_cell(value: object) -> str:
@@ -33,7 +37,7 @@ def format_cell(value: object) -> str:
     if isinstance(value, int):
         return str(value)
     if isinstance(value, str):
-        return " ".join(value.split())
+        return " ".join(value.split()).encode(errors="backslashreplace").decode()
     raise TypeError(f"a cell holds one scalar, got {type(value).__name__}")
 
 
@@ -57,23 +61,34 @@ def row_line(row: TrialResult | TrialTimings) -> str:
 def append_line(path: Path, line: str) -> None:
     """Adds one whole line by a single write and waits until it is on the disk."""
     data = line.encode()
-    descriptor = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
-    try:
-        if os.write(descriptor, data) != len(data):
-            raise OSError(f"{path}: the disk took only part of a row")
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    with _naming(path):
+        descriptor = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        try:
+            while data:  # a disk that takes a part says why at the rest
+                data = data[os.write(descriptor, data) :]
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_whole(path: Path, content: str | bytes) -> None:
     """Replaces the file in one step, so that a kill leaves the old or the new one, whole."""
     new = path.with_name(f".{path.name}.new")
-    with new.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(new, path)
+    with _naming(path):
+        with new.open("wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(new, path)
+
+
+@contextlib.contextmanager
+def _naming(path: Path) -> Generator[None, None, None]:
+    """What the system has against the writing is told with the name of the file."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(f"cannot write {path}: {error.strerror}") from error
 
 
 def append_row(path: Path, row: TrialResult | TrialTimings) -> None:
@@ -127,11 +142,11 @@ def error_result(config: TrialConfig, detail: str, provenance: Mapping[str, str]
 
     Args:
         config: What was attempted.
-        detail: The cause in one line.
+        detail: The cause in one line; what is longer than a cell may be is cut off.
         provenance: `preset`, `commit` and `mujoco_version`.
     """
     known: dict[str, Any] = dataclasses.asdict(config) | {"trial_id": config.trial_id}
-    known |= {"outcome": "error", "detail": detail} | dict(provenance)
+    known |= {"outcome": "error", "detail": detail[:_DETAIL_LIMIT]} | dict(provenance)
     return _blank(TrialResult, known)
 
 

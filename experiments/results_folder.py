@@ -11,24 +11,32 @@ from __future__ import annotations
 import contextlib
 import csv
 import fcntl
+import itertools
 import json
 import os
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 from experiments import records
 from experiments.config import TrialResult, TrialTimings
 from experiments.workers import Attempt
+
+TRIALS, TIMINGS, PENDING = "trials.csv", "timings.csv", "pending.jsonl"
+ERRORS, VIDEOS = "errors", "videos"
+
+Lines: TypeAlias = tuple[str, str]
+"""What is kept of a trial: its line of `trials.csv` and that of `timings.csv`."""
 
 
 class ResultsFolder:
     """Ordered, resumable rows of one sweep."""
 
     def __init__(self, path: Path, trial_ids: Sequence[str]) -> None:
-        self.trials_path = path / "trials.csv"
-        self.timings_path = path / "timings.csv"
-        self._pending_path = path / "pending.jsonl"
-        self._errors_path = path / "errors"
+        self.trials_path = path / TRIALS
+        self.timings_path = path / TIMINGS
+        self._pending_path = path / PENDING
+        self._errors_path = path / ERRORS
         self._ids = list(trial_ids)
         self._row_count = self._resume_rows()
         self._pending = self._resume_pending()
@@ -40,21 +48,16 @@ class ResultsFolder:
         later = range(self._row_count, len(self._ids))
         return [index for index in later if index not in self._pending]
 
-    @property
-    def is_complete(self) -> bool:
-        """Whether every trial has its row."""
-        return self._row_count == len(self._ids)
-
     def add(self, attempt: Attempt) -> None:
         """Keeps what a trial left; it is safe from a kill when this returns."""
         if attempt.crash is not None:
             self._errors_path.mkdir(exist_ok=True)
             path = self._errors_path / f"{attempt.result.trial_id}.txt"
-            path.write_text(attempt.crash.rstrip() + "\n")
+            traceback = attempt.crash.rstrip() + "\n"
+            records.write_whole(path, traceback.encode(errors="backslashreplace"))
         lines = (records.row_line(attempt.result), records.row_line(attempt.timings))
         if attempt.index > self._row_count:
-            entry = json.dumps({"index": attempt.index, "trial": lines[0], "timings": lines[1]})
-            records.append_line(self._pending_path, entry + "\n")
+            records.append_line(self._pending_path, _pending_line(attempt.index, lines))
         self._pending[attempt.index] = lines
         self._flush()
 
@@ -69,10 +72,12 @@ class ResultsFolder:
 
     def _resume_rows(self) -> int:
         """Number of rows that are there; both files are brought to that length."""
-        trials = self._open_csv(self.trials_path, records.header_line(TrialResult))
-        timings = self._open_csv(self.timings_path, records.header_line(TrialTimings))
-        if len(timings) < len(trials):
-            raise ValueError(f"{self.timings_path} has fewer rows than {self.trials_path.name}")
+        for path, row_type in ((self.trials_path, TrialResult), (self.timings_path, TrialTimings)):
+            if not records.whole_lines(path, cut=True):
+                records.append_line(path, records.header_line(row_type))
+        trials = _rows(self.trials_path, TrialResult)
+        timings = _rows(self.timings_path, TrialTimings)
+        _require_timings(self.trials_path.parent, trials, timings)
         kept = len(trials)
         for path, lines in ((self.trials_path, trials), (self.timings_path, timings)):
             for expected, line in zip(self._ids[:kept], lines, strict=False):
@@ -85,21 +90,9 @@ class ResultsFolder:
             os.truncate(self.timings_path, self.timings_path.stat().st_size - surplus)
         return kept
 
-    @staticmethod
-    def _open_csv(path: Path, header: str) -> list[str]:
-        """Rows of a file as lines; a new file gets its header."""
-        lines = records.whole_lines(path, cut=True)
-        if not lines:
-            records.append_line(path, header)
-        elif lines[0] != header:
-            raise ValueError(
-                f"{path} has the columns of another version of beltgrasp; use another folder"
-            )
-        return lines[1:]
-
-    def _resume_pending(self) -> dict[int, tuple[str, str]]:
+    def _resume_pending(self) -> dict[int, Lines]:
         """Rows that ended before their turn, by index."""
-        pending: dict[int, tuple[str, str]] = {}
+        pending: dict[int, Lines] = {}
         for line in records.whole_lines(self._pending_path, cut=True):
             entry = json.loads(line)
             index, lines = entry["index"], (entry["trial"], entry["timings"])
@@ -110,6 +103,47 @@ class ResultsFolder:
         return pending
 
 
+def read_lines(path: Path) -> dict[str, Lines]:
+    """Trial id -> its lines, of all trials that have ended; nothing in the folder is changed."""
+    # Rows leave the pending file for the others: read in this order none escapes.
+    pending = [json.loads(line) for line in records.whole_lines(path / PENDING)]
+    trials, timings = _rows(path / TRIALS, TrialResult), _rows(path / TIMINGS, TrialTimings)
+    _require_timings(path, trials, timings)
+    lines = [(entry["trial"], entry["timings"]) for entry in pending]
+    lines += zip(trials, timings, strict=False)
+    return {_trial_id(trial): (trial, timing) for trial, timing in lines}
+
+
+def write_lines(path: Path, lines: Mapping[int, Lines]) -> None:
+    """Replaces the rows of a folder by those of the trials with these indices."""
+    count = next(index for index in itertools.count() if index not in lines)
+    headers = records.header_line(TrialTimings), records.header_line(TrialResult)
+    for name, header, part in zip((TIMINGS, TRIALS), headers, (1, 0), strict=True):
+        rows = [lines[index][part] for index in range(count)]
+        records.write_whole(path / name, "".join([header, *rows]))
+    later = [_pending_line(index, lines[index]) for index in sorted(lines) if index > count]
+    records.write_whole(path / PENDING, "".join(later))
+
+
+def _pending_line(index: int, lines: Lines) -> str:
+    return json.dumps({"index": index, "trial": lines[0], "timings": lines[1]}) + "\n"
+
+
+def _rows(path: Path, row_type: type[TrialResult] | type[TrialTimings]) -> list[str]:
+    """Rows of a file as lines, without the header."""
+    lines = records.whole_lines(path)
+    if lines and lines[0] != records.header_line(row_type):
+        raise ValueError(
+            f"{path} has the columns of another version of beltgrasp, and cannot be continued"
+        )
+    return lines[1:]
+
+
+def _require_timings(path: Path, trials: Sequence[str], timings: Sequence[str]) -> None:
+    if len(timings) < len(trials):
+        raise ValueError(f"{path / TIMINGS} has fewer rows than {TRIALS}")
+
+
 def _trial_id(line: str) -> str:
     """First cell of a row."""
     return next(csv.reader([line]))[0]
@@ -118,8 +152,12 @@ def _trial_id(line: str) -> str:
 @contextlib.contextmanager
 def exclusive(folder: Path) -> Generator[None, None, None]:
     """Keeps a second sweep out of the folder; the lock ends with the process, however it ends."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / ".lock").open("w") as file:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / ".lock").open("w")
+    except OSError as error:
+        raise OSError(f"cannot write to {folder}: {error.strerror}") from error
+    with lock as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
