@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 import sys
 from dataclasses import dataclass, replace
@@ -13,6 +14,7 @@ from tyro.conf import Positional, arg
 from experiments.otb.commands import split_names
 
 if TYPE_CHECKING:
+    from experiments.processes import Workers
     from experiments.sweep import SweepSummary
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
@@ -37,6 +39,8 @@ class Sweep:
     """Only the first N seeds: a quick look."""
     shard: Annotated[str | None, arg(metavar="I/N")] = None
     """Only the I-th of N parts; `beltgrasp merge` puts them together."""
+    dask: Annotated[str | None, arg(metavar="ADDRESS")] = None
+    """Runs on the workers of this Dask scheduler, as tcp://HOST:8786, and starts none here."""
     video: Literal["none", "failures", "all"] = "none"
     """Of which trials videos are made, when all have their rows; the rows do not depend on it."""
 
@@ -44,9 +48,8 @@ class Sweep:
         """Exit code 0, or 1 if any trial crashed or a video could not be made."""
         from experiments.catalogue import check_worlds, require_known
         from experiments.presets import PRESETS
-        from experiments.processes import LocalWorkers
         from experiments.shards import Shard
-        from experiments.sweep import SweepInterrupted, default_worker_count, run_sweep
+        from experiments.sweep import SweepInterrupted, run_sweep
 
         require_known("preset", self.preset, PRESETS)
         if self.seeds is not None and self.seeds < 1:
@@ -58,21 +61,33 @@ class Sweep:
             preset = replace(preset, shard=shard)
             out = out.with_name(f"{self.preset}-shard-{shard.number}-of-{shard.count}")
         out = self.out or out
-        count = default_worker_count() if self.workers is None else self.workers
-        workers = LocalWorkers(count)
-        check_worlds(preset.cells)
-        try:
-            done = run_sweep(preset, out, workers, self.video)
-        except SweepInterrupted as interrupt:
-            print(f"beltgrasp: {interrupt}; the same command resumes:", file=sys.stderr)
-            print(f"  {self._command(out)}", file=sys.stderr)
-            return INTERRUPT_EXIT
+        with self._workers() as workers:
+            check_worlds(preset.cells)
+            try:
+                done = run_sweep(preset, out, workers, self.video)
+            except SweepInterrupted as interrupt:
+                print(f"beltgrasp: {interrupt}; the same command resumes:", file=sys.stderr)
+                print(f"  {self._command(out)}", file=sys.stderr)
+                return INTERRUPT_EXIT
         return _tell(done, out)
+
+    def _workers(self) -> contextlib.AbstractContextManager[Workers]:
+        from experiments.processes import LocalWorkers
+        from experiments.sweep import default_worker_count
+
+        if self.dask is None:
+            count = default_worker_count() if self.workers is None else self.workers
+            return contextlib.nullcontext(LocalWorkers(count))
+        if self.workers is not None:
+            raise ValueError("workers are those of the Dask scheduler; give --workers or --dask")
+        from experiments.cluster import DaskWorkers
+
+        return DaskWorkers(self.dask)
 
     def _command(self, out: Path) -> str:
         words = ["beltgrasp", "sweep", self.preset, "--out", str(out)]
         words += ["--trackers", *self.trackers] if self.trackers else []
-        options = {"seeds": self.seeds, "shard": self.shard}
+        options = {"seeds": self.seeds, "shard": self.shard, "dask": self.dask}
         options |= {"video": None if self.video == "none" else self.video}
         for name, value in options.items():
             words += [] if value is None else [f"--{name}", str(value)]

@@ -105,6 +105,8 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("sweep demo --shard 4/3", "shard must be I/N with I from 1 to N, got '4/3'"),
         ("sweep demo --shard half", "shard must be I/N with I from 1 to N, as 2/4, got 'half'"),
         ("sweep demo --shard 10/10", "shard 10/10 of preset demo is empty: there are only 9"),
+        ("sweep demo --dask nonsense", "no Dask scheduler answers at nonsense"),
+        ("sweep demo --dask a:1 --workers 2", "workers are those of the Dask scheduler"),
         (
             "sweep demo --video some",
             "invalid choice 'some' for argument '--video'. Expected one of",
