@@ -18,7 +18,7 @@ try:
 except ImportError as missing:
     raise ValueError(
         f"dask needs the extra `cluster` ({missing}): "
-        "pip install 'beltgrasp[cluster]', or uv sync --extra cluster"
+        "uv sync --inexact --extra cluster, or pip install '.[cluster]'"
     ) from missing
 
 Task = TypeVar("Task")

@@ -61,9 +61,11 @@ class _Part:
         return lines
 
     @property
-    def name(self) -> str:
+    def sessions(self) -> list[dict[str, Any]]:
+        """The runs that left its rows, each with its shard."""
+        sessions: list[dict[str, Any]] = self.manifest.get("sessions", [])
         shard = self.preset.shard
-        return "a whole sweep" if shard is None else f"shard {shard}"
+        return sessions if shard is None else [{"shard": str(shard)} | s for s in sessions]
 
 
 def merge(folders: Sequence[Path], out: Path) -> MergeSummary:
@@ -113,7 +115,7 @@ def _require_one_sweep(parts: Sequence[_Part], out: Path) -> None:
                 "with other cells or seeds"
             )
         if part.path.resolve() == out.resolve() and part.preset.shard is not None:
-            raise ValueError(f"{out} holds {part.name}; {manifest.OTHER_FOLDER}")
+            raise ValueError(f"{out} holds shard {part.preset.shard}; {manifest.OTHER_FOLDER}")
 
 
 def _collect(parts: Iterable[_Part]) -> dict[str, Lines]:
@@ -136,7 +138,8 @@ def _collect(parts: Iterable[_Part]) -> dict[str, Lines]:
 def _copy_companions(source: Path, out: Path) -> None:
     for name in (ERRORS, VIDEOS):
         if source.resolve() != out.resolve() and (source / name).is_dir():
-            shutil.copytree(source / name, out / name, dirs_exist_ok=True)
+            unfinished = shutil.ignore_patterns(".*")
+            shutil.copytree(source / name, out / name, ignore=unfinished, dirs_exist_ok=True)
 
 
 def _manifest(whole: Preset, parts: Iterable[_Part]) -> dict[str, Any]:
@@ -147,7 +150,7 @@ def _manifest(whole: Preset, parts: Iterable[_Part]) -> dict[str, Any]:
         shards |= part.manifest.get("shards", {})
         if part.preset.shard is not None:
             shards[str(part.preset.shard)] = len(part.lines)
-        sessions += [s for s in part.manifest.get("sessions", []) if s not in sessions]
+        sessions += [session for session in part.sessions if session not in sessions]
     return manifest.identity(whole) | {"shards": shards, "sessions": sessions}
 
 

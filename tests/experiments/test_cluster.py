@@ -196,5 +196,8 @@ def test_workers_that_are_not_fit_are_refused(tmp_path, monkeypatch, thread_coun
 def test_without_the_extra_one_line_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     monkeypatch.delitem(sys.modules, "experiments.cluster")
-    with pytest.raises(ValueError, match=r"dask needs the extra `cluster` .*: pip install"):
+    with pytest.raises(
+        ValueError,
+        match=r"dask needs the extra `cluster` .*: uv sync --inexact --extra cluster, or pip",
+    ):
         import experiments.cluster  # noqa: F401

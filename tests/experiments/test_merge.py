@@ -51,7 +51,7 @@ def test_shards_together_are_the_bytes_of_the_whole_sweep(shards, unbroken, tmp_
     assert [row.trial_id for row in timings] == [trial.trial_id for trial in PRESET.trials]
     content = manifest.read_manifest(tmp_path / "all")
     assert content["shards"] == {"1/3": 6, "2/3": 5, "3/3": 5}
-    assert len(content["sessions"]) == SHARD_COUNT
+    assert [session["shard"] for session in content["sessions"]] == ["3/3", "2/3", "1/3"]
     assert "finished_utc" in content
     assert not (tmp_path / "all" / "pending.jsonl").exists()
     videos = [path.name for folder in shards for path in (folder / "videos").iterdir()]
@@ -85,6 +85,7 @@ def test_what_comes_later_is_merged_into_what_is_there(shards, unbroken, tmp_pat
     merged = merge([late, shards[2]], tmp_path / "all")
     assert not merged.missing
     assert (tmp_path / "all" / "trials.csv").read_bytes() == unbroken
+    assert len(manifest.read_manifest(tmp_path / "all")["sessions"]) == SHARD_COUNT
     assert manifest.read_manifest(tmp_path / "all")["shards"] == {"1/3": 6, "2/3": 5, "3/3": 5}
 
 
