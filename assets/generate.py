@@ -2,136 +2,18 @@
 
 Every mesh is made here from a few radii and outlines, so no binary file and nobody else's model is
 in the repository. Lengths are metres. The arm is built of revolved profiles, placed and repeated
-by `robots/ur5.xml`; the gripper of bevelled plates; the carton is a box with texture coordinates.
+by `robots/ur5.xml`; the gripper of bevelled plates; the objects have texture coordinates.
 A test runs this and compares.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from shapes import Mesh, can, carton, joined, plate, printed_from_above, revolved, rounded, turned
 
 ASSETS = Path(__file__).resolve().parent
-SEGMENTS = 32
-
-
-@dataclass(frozen=True, eq=False)
-class Mesh:
-    """Triangles over shared vertices; texture coordinates are optional."""
-
-    vertices: np.ndarray
-    """(n, 3) [m]."""
-    faces: np.ndarray
-    """(m, 3) indices, counter-clockwise seen from outside."""
-    texcoords: np.ndarray | None = None
-    """(n, 2), origin at the lower left of the picture."""
-
-    def to_obj(self) -> str:
-        """Wavefront text."""
-        lines = ["# Written by assets/generate.py; do not edit."]
-        lines += ["v {:.6g} {:.6g} {:.6g}".format(*v) for v in np.round(self.vertices, 6) + 0.0]
-        if self.texcoords is None:
-            lines += ["f {} {} {}".format(*f) for f in self.faces + 1]
-        else:
-            lines += ["vt {:.6g} {:.6g}".format(*t) for t in np.round(self.texcoords, 6) + 0.0]
-            lines += ["f {0}/{0} {1}/{1} {2}/{2}".format(*f) for f in self.faces + 1]
-        return "\n".join(lines) + "\n"
-
-
-def rounded(corners: list[tuple[float, float, float]], steps: int = 2) -> np.ndarray:
-    """Polyline through (x, y, fillet radius) corners, each corner replaced by an arc."""
-    points = np.array([c[:2] for c in corners])
-    out = []
-    for index, (_, _, radius) in enumerate(corners):
-        here = points[index]
-        if radius == 0.0:
-            out.append(here)
-            continue
-        before, after = points[index - 1], points[(index + 1) % len(points)]
-        into = (before - here) / np.linalg.norm(before - here)
-        away = (after - here) / np.linalg.norm(after - here)
-        for t in np.linspace(0.0, 1.0, steps + 1):  # quadratic Bezier: close to an arc
-            out.append(here + radius * ((1 - t) ** 2 * into + t**2 * away))
-    return np.array(out)
-
-
-def revolved(corners: list[tuple[float, float, float]], segments: int = SEGMENTS) -> Mesh:
-    """Solid of revolution about z from a profile of (radius, z, fillet), going up.
-
-    The ends are closed by flat discs.
-    """
-    profile = rounded(corners)
-    angles = 2 * np.pi * np.arange(segments) / segments
-    ring = np.column_stack([np.cos(angles), np.sin(angles)])
-    vertices = [np.array([[0.0, 0.0, profile[0, 1]]])]
-    for radius, z in profile:
-        vertices.append(np.column_stack([radius * ring, np.full(segments, z)]))
-    vertices.append(np.array([[0.0, 0.0, profile[-1, 1]]]))
-    here = np.arange(segments)
-    after = np.roll(here, -1)
-    first = 1 + segments * np.arange(len(profile))
-    top = first[-1] + segments
-    faces = [np.column_stack([np.zeros_like(here), first[0] + after, first[0] + here])]
-    for low, high in pairwise(first):
-        faces.append(np.column_stack([low + here, low + after, high + after]))
-        faces.append(np.column_stack([low + here, high + after, high + here]))
-    faces.append(np.column_stack([first[-1] + here, first[-1] + after, np.full(segments, top)]))
-    return Mesh(np.concatenate(vertices), np.concatenate(faces))
-
-
-def plate(outline: np.ndarray, thickness: float, bevel: float) -> Mesh:
-    """Bevelled plate: an outline in (x, z), counter-clockwise seen from -y, centred in y.
-
-    The outline must be star-shaped about its mean.
-    """
-    centre = outline.mean(axis=0)
-    reach = np.linalg.norm(outline - centre, axis=1, keepdims=True)
-    shrunk = centre + (outline - centre) * (1 - bevel / reach)
-    half = 0.5 * thickness
-    layers = [(shrunk, -half), (outline, bevel - half), (outline, half - bevel), (shrunk, half)]
-    n = len(outline)
-    vertices = [np.column_stack([o[:, 0], np.full(n, y), o[:, 1]]) for o, y in layers]
-    vertices += [np.array([[centre[0], y, centre[1]]]) for y in (-half, half)]
-    here = np.arange(n)
-    after = np.roll(here, -1)
-    faces = [np.column_stack([np.full(n, 4 * n), here, after])]
-    for k in range(3):
-        low, high = k * n, (k + 1) * n
-        faces.append(np.column_stack([low + after, low + here, high + here]))
-        faces.append(np.column_stack([low + after, high + here, high + after]))
-    faces.append(np.column_stack([np.full(n, 4 * n + 1), 3 * n + after, 3 * n + here]))
-    return Mesh(np.concatenate(vertices), np.concatenate(faces))
-
-
-def carton(size: tuple[float, float, float]) -> Mesh:
-    """Box whose six faces share one picture, as `sim/textures.py` paints it.
-
-    Rows of the picture from the top: lid, front (-y), base, back (+y), each as wide as the box is
-    long; to the right of the lid and of the front stand the ends +x and -x.
-    """
-    x, y, z = 0.5 * np.array(size)
-    width, height = 2 * (x + y), 4 * 2 * max(y, z)
-    row = height / 4
-    faces_3d = [  # lower left, lower right, upper right, upper left, as read from outside
-        ([(-x, -y, z), (x, -y, z), (x, y, z), (-x, y, z)], 0, 0),
-        ([(-x, -y, -z), (x, -y, -z), (x, -y, z), (-x, -y, z)], 0, 1),
-        ([(-x, y, -z), (x, y, -z), (x, -y, -z), (-x, -y, -z)], 0, 2),
-        ([(x, y, -z), (-x, y, -z), (-x, y, z), (x, y, z)], 0, 3),
-        ([(x, -y, -z), (x, y, -z), (x, y, z), (x, -y, z)], 1, 0),
-        ([(-x, y, -z), (-x, -y, -z), (-x, -y, z), (-x, y, z)], 1, 1),
-    ]
-    vertices, texcoords, faces = [], [], []
-    for corners, column, line in faces_3d:
-        left, right = ((0.0, 2 * x), (2 * x, width))[column]
-        bottom, top = height - (line + 1) * row, height - line * row
-        start = len(vertices)
-        vertices += corners
-        texcoords += [(left, bottom), (right, bottom), (right, top), (left, top)]
-        faces += [(start, start + 1, start + 2), (start, start + 2, start + 3)]
-    return Mesh(np.array(vertices), np.array(faces), np.array(texcoords) / [width, height])
 
 
 def arm_meshes() -> dict[str, Mesh]:
@@ -230,12 +112,47 @@ def gripper_meshes() -> dict[str, Mesh]:
     }
 
 
+def _tabletop(radius: float, thickness: float) -> Mesh:
+    """Disc of the turntable, its upper side at z = 0."""
+    corners = [(radius, -thickness, 0.0), (radius, 0.0, 0.002), (radius - 0.004, 0.0, 0.0)]
+    return revolved(corners, segments=96)
+
+
+def object_meshes() -> dict[str, Mesh]:
+    """The objects, in their own frames, with texture coordinates for `sim/artwork.py`."""
+    return {
+        "carton": carton((0.200, 0.080, 0.080)),
+        "small-carton": carton((0.120, 0.060, 0.060)),
+        "can": can(radius=0.033, height=0.110),
+        "flask": printed_from_above(flask(), 0.190, 0.072),
+    }
+
+
+def flask() -> Mesh:
+    """Flat flask lying on its side, 190 x 72 x 50 mm: a body with round ends, a neck, a cap."""
+    angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17)
+    end = 0.036 * np.column_stack([np.cos(angles), np.sin(angles)])
+    shoulder, bottom = np.array([0.014, 0.0]), np.array([-0.059, 0.0])
+    body = plate(np.concatenate([shoulder + end, bottom - end]), 0.050, 0.003)
+    neck = revolved(
+        [
+            (0.013, 0.045, 0.0),
+            (0.013, 0.073, 0.0),
+            (0.017, 0.073, 0.001),
+            (0.017, 0.095, 0.002),
+        ]
+    )
+    lying = turned(body, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    return joined(lying, turned(neck, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+
+
 def generate() -> dict[str, str]:
     """Text of every mesh file, by its path inside the assets folder."""
     folders = {
         "robots/meshes": arm_meshes(),
         "grippers/meshes": gripper_meshes(),
-        "objects/meshes": {"carton": carton((0.200, 0.080, 0.080))},
+        "objects/meshes": object_meshes(),
+        "meshes": {"disc": _tabletop(radius=0.37, thickness=0.02)},
     }
     return {
         f"{folder}/{name}.obj": mesh.to_obj()

@@ -3,7 +3,6 @@
 `make bench` prints the split of a trial and the table.
 """
 
-import time
 from collections.abc import Iterator
 
 import cv2
@@ -17,7 +16,7 @@ from experiments.perception import CONTROL_ARMS
 from sim.environment import Environment, load, make_servo
 from sim.grasp import top_down_pose
 from sim.robot import HOME_Q_RAD
-from sim.task import TaskConfig
+from sim.task_config import TaskConfig
 
 ROUNDS = 5
 
@@ -36,7 +35,7 @@ def environment() -> Iterator[Environment]:
 
 
 @pytest.mark.parametrize("tracker", ["igpf", "oracle"])
-def test_trial(benchmark, monkeypatch, tracker):
+def test_trial(benchmark, tracker):
     """Prints the split, and how much faster than real time the trial is on one core.
 
     A trial is deterministic, so control step k does the same work in every round: the least of its
@@ -44,30 +43,19 @@ def test_trial(benchmark, monkeypatch, tracker):
     """
     config = TrialConfig(tracker=tracker, speed_mps=0.25, seed=0)
     cell = make_cell(config, has_camera=tracker not in CONTROL_ARMS)
-    spent_s = {"camera": 0.0}
-    render = cell.task.render
-
-    def timed_render(*arguments):
-        start = time.perf_counter()
-        image = render(*arguments)
-        spent_s["camera"] += time.perf_counter() - start
-        return image
-
-    monkeypatch.setattr(cell.task, "render", timed_render)
     rounds = []
 
     def run():
         loop, steps = Loop(config, cell), []
         while loop.is_running:
-            before = loop.spent_s | spent_s
+            before = loop.spent_s.copy()
             loop.step()
-            steps.append([(loop.spent_s | spent_s)[part] - before[part] for part in before])
+            steps.append([loop.spent_s[part] - before[part] for part in before])
         rounds.append(np.array(steps))
         return loop
 
     loop = benchmark.pedantic(run, rounds=ROUNDS, warmup_rounds=1)
-    track, servo, world, camera = np.min(rounds[1:], axis=0).sum(axis=0)
-    split = {"camera": camera, "track": track, "servo": servo, "world": world - camera}
+    split = dict(zip(loop.spent_s, np.min(rounds[1:], axis=0).sum(axis=0), strict=True))
     factor = loop.time_s / sum(split.values())
     benchmark.extra_info |= {f"{part}_s": seconds for part, seconds in split.items()}
     benchmark.extra_info |= {"simulated_s": loop.time_s, "real_time_factor": factor}
@@ -75,8 +63,14 @@ def test_trial(benchmark, monkeypatch, tracker):
     print(f"\n{tracker}: {loop.time_s:.2f} s simulated at {factor:.2f} x real time; {parts}")
 
 
-def test_camera_image(benchmark, environment):
-    benchmark(environment.task.render, environment.physics, "sensor")
+@pytest.mark.parametrize("size_px", [(480, 640), (240, 640), (120, 120)])
+def test_camera_image(benchmark, environment, size_px):
+    develop = environment.task.expose(environment.physics, "sensor")
+    benchmark(develop, (slice(0, size_px[0]), slice(0, size_px[1])))
+
+
+def test_camera_exposure(benchmark, environment):
+    benchmark(environment.task.expose, environment.physics, "sensor")
 
 
 def test_physics_of_one_control_step(benchmark, environment):

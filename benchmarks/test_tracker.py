@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tracker.detection import DetectionConfig, TemplateDetector
+from tracker.image import ArrayImage
 from tracker.perception import TargetTracker
 from tracker.rectify import OverheadView
 from tracker.registry import get_tracker_config
@@ -49,15 +50,15 @@ def test_update_in_steady_state(benchmark, scenes, image, view, template, name):
     tracker = TargetTracker(get_tracker_config(name), template, scenes.SIZE_M, view, rng)
     times = iter(np.arange(100000) / 30.0)
     for _ in range(4):
-        tracker.update(*image, next(times))
-    observation = benchmark(lambda: tracker.update(*image, next(times)))
+        tracker.update(ArrayImage(*image, next(times)))
+    observation = benchmark(lambda: tracker.update(ArrayImage(*image, next(times))))
     assert observation.status == "tracking"
 
 
 def test_detection(benchmark, scenes, image, view, template):
     unit_px = math.sqrt(math.prod(scenes.SIZE_M)) / view.m_per_px
     detector = TemplateDetector(template, unit_px, view.shape_px, DetectionConfig())
-    overhead = view.rectify(*image)
+    overhead = view.rectify(ArrayImage(*image))
     assert benchmark(detector.detect, overhead.grey, overhead.visibility) is not None
 
 

@@ -13,8 +13,10 @@ import numpy as np
 from experiments.config import TrialConfig
 from experiments.teaching import reference_template
 from sim.environment import load, make_servo
+from sim.motions import MOTIONS
 from sim.servo import Servo
-from sim.task import ConveyorGrasp, TaskConfig
+from sim.task import ConveyorGrasp
+from sim.task_config import TaskConfig
 from tracker.template import Template
 
 
@@ -75,26 +77,28 @@ class Cell:
 
 def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
     """The world that `config` asks for."""
-    cell = _compiled(config.object, config.camera, has_camera)
-    cell.task.configure(
-        TaskConfig(
-            object=config.object,
-            camera=config.camera,
-            has_camera=has_camera,
-            condition=config.condition,
-            camera_rate_hz=config.camera_rate_hz,
-            delay_s=config.delay_s,
-            gripper_delay_s=config.gripper_delay_s,
-        )
+    task = TaskConfig(
+        object=config.object,
+        camera=config.camera,
+        has_camera=has_camera,
+        observes_camera=False,
+        condition=config.condition,
+        motion=config.motion,
+        camera_rate_hz=config.camera_rate_hz,
+        delay_s=config.delay_s,
+        gripper_delay_s=config.gripper_delay_s,
     )
+    cell = _compiled(task.object, task.camera, has_camera, task.carrier)
+    cell.task.configure(task)
     return cell
 
 
 @functools.lru_cache(maxsize=8)
-def _compiled(object_name: str, camera: str, has_camera: bool) -> Cell:
+def _compiled(object_name: str, camera: str, has_camera: bool, carrier: str) -> Cell:
     """Compiling takes longer than a trial's first second: a sweep reuses its last cells."""
-    task = TaskConfig(object=object_name, camera=camera, has_camera=has_camera)
-    cell = Cell(load(task), make_servo())
+    motion = next(name for name, entry in MOTIONS.items() if entry.carrier == carrier)
+    task = TaskConfig(object=object_name, camera=camera, has_camera=has_camera, motion=motion)
+    cell = Cell(load(task), make_servo(carrier_name=carrier))
     # A finalizer's own turn at exit may come after EGL's end; registered now, its turn is before.
     release = weakref.finalize(cell, cell.task.close)
     release.atexit = False

@@ -6,21 +6,16 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from experiments import records
 from experiments.config import TrialResult
+from experiments.grouping import SETTING, World, label, world_of
 from experiments.statistics import (
     mcnemar_exact,
     newcombe_paired_difference,
     paired_sample_size,
 )
-
-World: TypeAlias = tuple[Any, ...]
-"""What a trial met, whoever tracked: the setting and the seed."""
-
-SETTING = ("camera", "condition", "object", "motion", "predictor", "delay_s", "speed_mps")
-"""Columns that name what a trial met, except the seed."""
 
 SIGNIFICANCE = 0.05
 
@@ -54,9 +49,16 @@ class Contestant:
         return f"{self.tracker} ({self.folder})"
 
     @property
-    def success_of_world(self) -> dict[World, bool]:
-        """How each world ended."""
-        return {world_of(row): row.success for row in self.results}
+    def particle_counts(self) -> set[int]:
+        """Particle counts that it was tried with."""
+        return {row.particle_count for row in self.results}
+
+    def success_of_world(self, *, by_particles: bool) -> dict[World, bool]:
+        """How each world ended; with `by_particles` each count of particles for itself."""
+        return {
+            (row.particle_count if by_particles else None, *world_of(row)): row.success
+            for row in self.results
+        }
 
 
 @dataclass(frozen=True)
@@ -104,17 +106,20 @@ class Comparison:
         return paired_sample_size(self.first_only, self.second_only, self.n)
 
 
-def world_of(row: TrialResult) -> World:
-    """The world that a trial met."""
-    return (*(getattr(row, name) for name in SETTING), row.seed)
-
-
 def compare(first: Contestant, second: Contestant) -> dict[tuple[Any, ...], Comparison]:
-    """A comparison for each setting that both have met, in the order of the first."""
-    mine, theirs = first.success_of_world, second.success_of_world
+    """A comparison for each setting that both have met, in the order of the first.
+
+    A setting is the particle count and the values of `SETTING`. The count is the tracker's own, so
+    150 particles of one may meet 300 of the other, and it is None; where one contestant has been
+    tried with several, like is compared with like.
+    """
+    by_particles = any(len(one.particle_counts) > 1 for one in (first, second))
+    mine, theirs = (one.success_of_world(by_particles=by_particles) for one in (first, second))
     shared = [world for world in mine if world in theirs]
     if not shared:
-        raise ValueError(f"{first.label} and {second.label} have no world in common")
+        raise ValueError(
+            f"{first.label} and {second.label} have no world in common{_apart(first, second)}"
+        )
     settings: dict[tuple[Any, ...], list[World]] = {}
     for world in shared:
         settings.setdefault(world[:-1], []).append(world)
@@ -133,19 +138,26 @@ def pooled(comparisons: Sequence[Comparison]) -> Comparison:
 def verdict_lines(first: Contestant, second: Contestant) -> list[str]:
     """What people want to know: each setting in a line, and all together."""
     settings = compare(first, second)
-    varying = [k for k in range(len(SETTING)) if len({setting[k] for setting in settings}) > 1]
+    keys = ("particle_count", *SETTING)
+    varying = [k for k in range(len(keys)) if len({setting[k] for setting in settings}) > 1]
     lines = [f"{first.label} against {second.label}, success in the same worlds:"]
     if len(settings) > 1:
-        lines += [
-            f"  {_name(setting, varying)}: {_sentence(comparison)}"
-            for setting, comparison in settings.items()
-        ]
+        for setting, comparison in settings.items():
+            name = ", ".join(label(keys[k], setting[k]) for k in varying)
+            lines.append(f"  {name}: {_sentence(comparison)}")
     return [*lines, f"all together: {_sentence(pooled(list(settings.values())))}"]
 
 
-def _name(setting: tuple[Any, ...], varying: Sequence[int]) -> str:
-    units = {"speed_mps": " m/s", "delay_s": " s delay"}
-    return ", ".join(f"{setting[k]}{units.get(SETTING[k], '')}" for k in varying)
+def _apart(first: Contestant, second: Contestant) -> str:
+    """The columns in which no value of one is a value of the other, in words."""
+    names = [
+        name
+        for name in (*SETTING, "seed", "particle_count")
+        if {getattr(row, name) for row in first.results}.isdisjoint(
+            getattr(row, name) for row in second.results
+        )
+    ]
+    return f"; no value is shared of {', '.join(names)}" if names else ""
 
 
 def _sentence(c: Comparison) -> str:

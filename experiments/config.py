@@ -26,11 +26,11 @@ class TrialConfig:
     camera: str = "far-side"
     """Camera view; `beltgrasp list` names them."""
     condition: str = "normal"
-    """Light and sensor: `normal`, or degradations by level as in `dark-3+blur-1`."""
+    """Light, sensor, surroundings: `normal`, or degradations by level, as in `dark-3+blur-1`."""
     object: str = "box"
     """Object on the belt; `beltgrasp list` names them."""
     motion: str = "constant"
-    """How the belt runs; `beltgrasp list` names them."""
+    """How the belt runs, or a turntable instead; `beltgrasp list` names them."""
     predictor: str = "kalman"
     """How the target is extrapolated over the delays; `beltgrasp list` names them."""
     delay_s: float = 0.066
@@ -45,6 +45,7 @@ class TrialConfig:
     """Pose-error norm under which the paper's criterion holds [m; radians weighted by 0.1 m]."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "condition", _in_order(self.condition))
         _require_number("speed_mps", self.speed_mps, 0.0, 3.0)
         _require_number("delay_s", self.delay_s, 0.0, 1.0)
         _require_number("gripper_delay_s", self.gripper_delay_s, 0.0, 1.0)
@@ -65,6 +66,16 @@ class TrialConfig:
         """Hash of every field: equal ids mean equal worlds, trackers and noise."""
         canonical = json.dumps(dataclasses.asdict(self), sort_keys=True)
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
+
+
+def _in_order(condition: str) -> str:
+    """The one name of a condition: its parts once each, sorted, levels without leading zeros."""
+    parts = (part.rpartition("-") for part in condition.split("+"))
+    names = {
+        f"{kind}-{int(level)}" if level.isdecimal() else kind + hyphen + level
+        for kind, hyphen, level in parts
+    }
+    return "+".join(sorted(names))
 
 
 def _require_number(field: str, value: float, low: float, high: float) -> None:
@@ -103,6 +114,10 @@ class TrialResult:
     predictor: str
     speed_mps: float
     delay_s: float
+    camera_rate_hz: float
+    gripper_delay_s: float
+    particle_count: int
+    error_threshold: float
     seed: int
     outcome: Outcome
     success: bool
@@ -137,6 +152,7 @@ class TrialTimings:
     trial_id: str
     wall_s: float
     simulated_s: float
+    render_ms_per_image: float | None
     track_ms_per_image: float | None
     servo_ms_per_step: float
-    world_ms_per_step: float
+    physics_ms_per_step: float

@@ -14,7 +14,9 @@ from experiments.trace import ControlSample, EstimateSample, TrialTrace
 from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, servo_error
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
-from sim.task import CONTROL_HZ, Episode
+from sim.sensor import Frame
+from sim.task import CONTROL_HZ
+from sim.task_config import Episode
 from tracker.perception import TargetObservation
 
 HOLD_PATIENCE_S = 1.5
@@ -35,13 +37,16 @@ class Loop:
         self._timestep = cell.environment.reset()
         cell.servo.reset(cell.task.robot.q(cell.environment.physics))
         self.grasp = Grasp(
-            GraspConfig(), 1.0 / CONTROL_HZ, config.gripper_delay_s, cell.servo.T_world_tcp
+            GraspConfig(depth_m=cell.task.prop.spec.grasp_depth_m),
+            1.0 / CONTROL_HZ,
+            config.gripper_delay_s,
+            cell.servo.T_world_tcp,
         )
         self.command: GraspCommand | None = None
-        self.image: np.ndarray | None = None
-        """(h, w, 3) uint8, the image that perception has seen last; None without a camera."""
-        self.spent_s = {"track": 0.0, "servo": 0.0, "world": 0.0}
-        """Wall-clock time so far; rendering is part of the world."""
+        self.frame: Frame | None = None
+        """The image that perception has seen last; None without a camera."""
+        self.spent_s = {"render": 0.0, "track": 0.0, "servo": 0.0, "physics": 0.0}
+        """Wall-clock time so far; physics is all of the world but the camera's images."""
         self.has_entered_view, self.entered_view_s = False, 0.0
         self._trial_id = config.trial_id
 
@@ -59,23 +64,24 @@ class Loop:
 
     def step(self) -> None:
         """Sees, decides, moves, and lets the world go on by one control step."""
-        now, seen, servo = self.time_s, self._timestep.observation, self.cell.servo
-        self.image = seen.get("camera/rgb")
-        t0 = time.perf_counter()
-        estimate = None if self.grasp.has_gripped else self.perception.update(seen)
+        now, task, servo = self.time_s, self.cell.task, self.cell.servo
+        if task.config.has_camera:
+            self.frame = task.frame(self.cell.environment.physics)
+        t0, rendered_s = time.perf_counter(), task.rendering_s
+        estimate = None if self.grasp.has_gripped else self.perception.update(self.frame)
         target = self.perception.predict(now)
+        rendered_s = task.rendering_s - rendered_s
         t1 = time.perf_counter()
-        hand = servo.T_world_tcp
-        self.command = self.grasp.step(
-            now, target, self.perception.pose_count, hand, float(seen["robot/width_m"])
-        )
+        hand, width_m = servo.T_world_tcp, float(self._timestep.observation["robot/width_m"])
+        self.command = self.grasp.step(now, target, self.perception.pose_count, hand, width_m)
         q, qd = servo.step(self.command.T_world_tcp, self.command.twist)
         t2 = time.perf_counter()
         self._remember(now, estimate, target, hand)
         self._timestep = self.cell.environment.step(np.concatenate([q, qd, [self.command.width_m]]))
-        self.spent_s["track"] += t1 - t0
+        self.spent_s["render"] += rendered_s
+        self.spent_s["track"] += t1 - t0 - rendered_s
         self.spent_s["servo"] += t2 - t1
-        self.spent_s["world"] += time.perf_counter() - t2
+        self.spent_s["physics"] += time.perf_counter() - t2
 
     @property
     def seen(self) -> TargetObservation | None:
@@ -100,9 +106,10 @@ class Loop:
             trial_id=self._trial_id,
             wall_s=time.perf_counter() - self._started,
             simulated_s=self.time_s,
+            render_ms_per_image=1e3 * self.spent_s["render"] / images if images else None,
             track_ms_per_image=1e3 * self.spent_s["track"] / images if images else None,
             servo_ms_per_step=1e3 * self.spent_s["servo"] / steps,
-            world_ms_per_step=1e3 * self.spent_s["world"] / steps,
+            physics_ms_per_step=1e3 * self.spent_s["physics"] / steps,
         )
 
     def _remember(
@@ -115,9 +122,10 @@ class Loop:
         truth = self.cell.read_truth()
         if not self.has_entered_view and self.cell.task.is_in_view(self.cell.environment.physics):
             self.has_entered_view, self.entered_view_s = True, now
-        error = None
+        depth_m, error = self.grasp.config.depth_m, None
         if target is not None:
-            error = servo_error(target, hand, self.grasp.config.depth_m)
+            error = servo_error(target, hand, depth_m)
+        true_hand = self.cell.task.referee.tcp_pose(self.cell.environment.physics)
         self.trace.control.append(
             ControlSample(
                 time_s=now,
@@ -126,6 +134,7 @@ class Loop:
                 true_yaw_rad=truth.yaw_rad,
                 tcp_position_m=hand[:3, 3].copy(),
                 servo_error=error,
+                true_error=servo_error(truth, true_hand, depth_m),
                 is_feasible=self.cell.servo.is_feasible,
             )
         )

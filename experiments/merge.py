@@ -1,4 +1,4 @@
-"""Puts the shards of a sweep together: the rows, in the order and with the bytes of the whole."""
+"""Puts the shards of a sweep together: rows and curves, with the bytes of the whole."""
 
 from __future__ import annotations
 
@@ -119,15 +119,15 @@ def _require_one_sweep(parts: Sequence[_Part], out: Path) -> None:
 
 
 def _collect(parts: Iterable[_Part]) -> dict[str, Lines]:
-    """Trial id -> its lines; a trial that two parts hold must have the same row in both."""
+    """Trial id -> its lines; a trial that two parts hold must be the same in both."""
     lines: dict[str, Lines] = {}
     origin: dict[str, Path] = {}
     for part in parts:
         for trial_id, line in part.lines.items():
-            if trial_id in lines and lines[trial_id][0] != line[0]:
+            if lines.get(trial_id, line).repeatable != line.repeatable:
                 trial = next(t for t in part.preset.trials if t.trial_id == trial_id)
                 raise ValueError(
-                    f"trial {trial_id} ({_name(trial)}) has one row in {origin[trial_id]} "
+                    f"trial {trial_id} ({_name(trial)}) has one row or curve in {origin[trial_id]} "
                     f"and another in {part.path}"
                 )
             lines.setdefault(trial_id, line)

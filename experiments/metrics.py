@@ -110,11 +110,13 @@ def _since(start_s: float, event_s: float | None) -> float | None:
 
 
 def _belt_used_m(trace: TrialTrace, record: PhysicalRecord, entered_view_s: float) -> float | None:
-    if record.lift_off_y_m is None:
+    """Length of the object's way, straight or round, up to lift-off."""
+    if record.lifted_off_s is None:
         return None
     times = [s.time_s for s in trace.control]
-    y_m = [s.true_position_m[1] for s in trace.control]
-    return record.lift_off_y_m - float(np.interp(entered_view_s, times, y_m))
+    steps_m = np.diff([s.true_position_m[:2] for s in trace.control], axis=0)
+    way_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps_m, axis=1))])
+    return float(np.diff(np.interp([entered_view_s, record.lifted_off_s], times, way_m))[0])
 
 
 def _median(values: list[float | None]) -> float | None:

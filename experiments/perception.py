@@ -19,6 +19,7 @@ from experiments.config import TrialConfig
 from experiments.seeding import Stream, generator
 from experiments.trace import EstimateSample
 from sim.grasp import TargetMotion
+from sim.sensor import Frame
 from tracker.backproject import TargetPose
 from tracker.base import Status
 from tracker.perception import TargetObservation, TargetTracker
@@ -51,8 +52,8 @@ class Perception(Protocol):
     pose_count: int
     """Usable poses so far."""
 
-    def update(self, observation: dict[str, np.ndarray]) -> EstimateSample | None:
-        """Takes in the environment's observation; returns an estimate where an image was new."""
+    def update(self, frame: Frame | None) -> EstimateSample | None:
+        """Takes in the newest image; returns an estimate where it had not been seen before."""
         ...
 
     def predict(self, time_s: float) -> TargetMotion | None:
@@ -78,11 +79,14 @@ def make_perception(config: TrialConfig, cell: Cell) -> Perception:
     settings = get_tracker_config(config.tracker).with_particle_count(config.particle_count)
     task = cell.task
     length_m, width_m, height_m = task.prop.spec.size_m
+    x_range_m, y_range_m = task.carrier.face_range_m
     view = OverheadView(
         K=task.K,
         T_world_camera=task.view.T_world_camera,
         image_shape_px=(task.condition.height_px, task.condition.width_px),
         plane_z_m=height_m,
+        x_range_m=x_range_m,
+        y_range_m=y_range_m,
     )
     tracker = TargetTracker(settings, cell.template, (length_m, width_m), view, rng)
     return Seeing(tracker, predictor)
@@ -99,22 +103,18 @@ class Seeing:
         self.last: TargetObservation | None = None
         """What the tracker made of the newest image, for pictures."""
 
-    def update(self, observation: dict[str, np.ndarray]) -> EstimateSample | None:
+    def update(self, frame: Frame | None) -> EstimateSample | None:
         """Tracks in the image if it is a new one."""
-        if observation["camera/count"] == self._image_count:
+        if frame is None or frame.count == self._image_count:
             return None
-        self._image_count = int(observation["camera/count"])
-        time_s = float(observation["camera/time_s"])
-        seen = self._tracker.update(
-            observation["camera/rgb"], observation["camera/depth_m"], time_s
-        )
-        self.last = seen
+        self._image_count = frame.count
+        self.last = seen = self._tracker.update(frame)
         pose = seen.pose if seen.pose is not None and seen.pose.is_usable else None
         if pose is not None:
             self._predictor.update(pose)
             self.pose_count += 1
         return EstimateSample(
-            time_s=time_s,
+            time_s=frame.time_s,
             position_m=None if pose is None else pose.position_m,
             yaw_rad=None if pose is None else pose.yaw_rad,
             status=seen.status,
@@ -134,9 +134,9 @@ class Oracle:
         self._read_truth = read_truth
         self.pose_count = 0
 
-    def update(self, observation: dict[str, np.ndarray]) -> EstimateSample | None:
+    def update(self, frame: Frame | None) -> EstimateSample | None:
         """Needs no image; counts a pose every control step."""
-        del observation
+        del frame
         self.pose_count += 1
         truth = self._read_truth()
         return EstimateSample(
@@ -170,9 +170,9 @@ class NoisyOracle:
         self._exposures = 0
         self.pose_count = 0
 
-    def update(self, observation: dict[str, np.ndarray]) -> EstimateSample | None:
+    def update(self, frame: Frame | None) -> EstimateSample | None:
         """Exposes at the camera's times; delivers what is old enough."""
-        del observation
+        del frame
         truth = self._read_truth()
         if truth.time_s >= self._exposures * self._interval_s - 1e-9:
             self._exposures += 1

@@ -60,7 +60,11 @@ def row_line(row: TrialResult | TrialTimings) -> str:
 
 def append_line(path: Path, line: str) -> None:
     """Adds one whole line by a single write and waits until it is on the disk."""
-    data = line.encode()
+    append_bytes(path, line.encode())
+
+
+def append_bytes(path: Path, data: bytes) -> None:
+    """Adds bytes by a single write and waits until they are on the disk."""
     with _naming(path):
         descriptor = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
         try:
@@ -69,6 +73,13 @@ def append_line(path: Path, line: str) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+
+
+def cut_off(path: Path, end: int) -> None:
+    """Takes away what a file holds from that byte on."""
+    if end < path.stat().st_size:
+        with _naming(path):
+            os.truncate(path, end)
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
@@ -104,9 +115,18 @@ def whole_lines(path: Path, *, cut: bool = False) -> list[str]:
         return []
     data = path.read_bytes()
     end = data.rfind(b"\n") + 1
-    if cut and end < len(data):
-        os.truncate(path, end)
+    if cut:
+        cut_off(path, end)
     return [line + "\n" for line in data[:end].decode().split("\n")[:-1]]
+
+
+def keep_lines(path: Path, header: str, count: int) -> None:
+    """Leaves so many lines behind the header, which a new file gets."""
+    lines = whole_lines(path)[: 1 + count]
+    if lines:
+        cut_off(path, len("".join(lines).encode()))
+    else:
+        write_whole(path, header)
 
 
 def read_rows(path: Path, row_type: type[Row]) -> list[Row]:

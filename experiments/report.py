@@ -1,14 +1,27 @@
-"""Rebuilds every table and figure of a results folder from its trials.csv."""
+"""Rebuilds every table and figure of a results folder from its CSV files."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from experiments import records
-from experiments.config import TrialResult
-from experiments.tables import blame_table, outcome_table, paired_table, success_table
+from experiments.config import TrialResult, TrialTimings
+from experiments.curves import ErrorCurve, read_curves
+from experiments.half_speed import half_speed_table
+from experiments.paired_tables import condition_table, paired_tables
+from experiments.tables import (
+    blame_table,
+    cost_table,
+    outcome_table,
+    success_table,
+    tracking_table,
+)
+from experiments.typesetting import Table
+
+_IN_TERMINAL = ("success", "half_speed", "verdicts", "conditions", "blame")
+"""Tables that say in short what was found; the others are in the folder."""
 
 
 @dataclass(frozen=True)
@@ -20,23 +33,50 @@ class Report:
 
 
 def write_report(folder: Path) -> Report:
-    """Writes `tables/` and `figures/` beside the trials.csv of `folder`."""
+    """Writes `tables/` and `figures/` beside the trials.csv of `folder`.
+
+    What else a sweep leaves may be missing; the text then says what could not be made.
+    """
     results = records.read_rows(folder / "trials.csv", TrialResult)
     if not results:
         raise ValueError(f"{folder / 'trials.csv'} holds no finished trial yet")
+    notes: list[str] = []
+    timings = _read_timings(folder / "timings.csv", notes)
+    curves = _read_curves(folder / "curves.csv.gz", notes)
     from experiments.figures import write_figures
 
-    text, paths = _write_tables(folder / "tables", results)
-    return Report(text, (*paths, *write_figures(folder / "figures", results)))
+    tables = _tables(results, timings)
+    paths = [
+        path for name, table in tables.items() for path in table.write(folder / "tables", name)
+    ]
+    paths += write_figures(folder / "figures", results, curves)
+    shown = [tables[name].to_text() for name in _IN_TERMINAL if name in tables]
+    return Report("\n".join([*shown, *notes]), tuple(paths))
 
 
-def _write_tables(folder: Path, results: Sequence[TrialResult]) -> tuple[str, list[Path]]:
-    success = success_table(results)
-    paths = success.write(folder, "success")
-    paths += outcome_table(results).write(folder, "outcomes")
-    text = success.to_text()
-    for name, table in (("paired", paired_table(results)), ("blame", blame_table(results))):
-        if table is not None:
-            paths += table.write(folder, name)
-            text += "\n" + table.to_text()
-    return text, paths
+def _tables(results: Sequence[TrialResult], timings: Sequence[TrialTimings]) -> dict[str, Table]:
+    tables: dict[str, Table | None] = {
+        "success": success_table(results),
+        "tracking": tracking_table(results),
+        "outcomes": outcome_table(results),
+        "costs": cost_table(results, timings),
+        "half_speed": half_speed_table(results),
+        **paired_tables(results),
+        "conditions": condition_table(results),
+        "blame": blame_table(results),
+    }
+    return {name: table for name, table in tables.items() if table is not None}
+
+
+def _read_timings(path: Path, notes: list[str]) -> list[TrialTimings]:
+    if path.exists():
+        return records.read_rows(path, TrialTimings)
+    notes.append(f"no table of costs: {path} is missing")
+    return []
+
+
+def _read_curves(path: Path, notes: list[str]) -> Mapping[str, ErrorCurve]:
+    if path.exists():
+        return read_curves(path)
+    notes.append(f"no error curves: {path} is missing")
+    return {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from experiments.config import TrialConfig, TrialResult, TrialTimings
-from experiments.tables import show_number
+from experiments.typesetting import show_number
 
 
 def summary_lines(config: TrialConfig, result: TrialResult, timings: TrialTimings) -> list[str]:

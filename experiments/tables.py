@@ -1,123 +1,38 @@
-"""Tables rebuilt from the rows of trials.csv and nothing else."""
+"""Tables rebuilt from the rows of trials.csv and timings.csv and nothing else."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, TypeAlias, get_args
+from typing import Any, get_args
 
 import numpy as np
 
-from experiments.comparison import Comparison, world_of
-from experiments.config import Outcome, TrialResult
-from experiments.records import csv_line
+from experiments.config import Outcome, TrialResult, TrialTimings
+from experiments.grouping import cell_keys, group_by, heading, show_key
 from experiments.statistics import wilson_interval
-
-TableRow: TypeAlias = dict[str, Any]
-
-REFERENCE_TRACKER = "igpf"
-"""The tracker that the others are compared with, world by world."""
+from experiments.typesetting import Column, Table, TableRow, show_number, show_rate
 
 ORACLE = "oracle"
 """The control arm whose failures are nobody's tracking."""
 
 
-@dataclass(frozen=True)
-class Column:
-    """One column of a table for people; the CSV holds the raw values instead."""
-
-    label: str
-    show: Callable[[TableRow], str]
-
-
-@dataclass(frozen=True)
-class Table:
-    """Raw rows, and how people see them."""
-
-    rows: tuple[TableRow, ...]
-    columns: tuple[Column, ...]
-
-    def to_csv(self) -> str:
-        """Every raw value, one scalar a cell."""
-        return csv_line(self.rows[0]) + "".join(csv_line(row.values()) for row in self.rows)
-
-    def to_markdown(self) -> str:
-        """The shown columns as a Markdown table."""
-        labels, *body = self._shown()
-        lines = [labels, ["---"] * len(labels), *body]
-        return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
-
-    def to_text(self) -> str:
-        """The shown columns aligned for a terminal: words to the left, numbers to the right."""
-        cells = self._shown()
-        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-        is_word = [isinstance(value, str) for value in list(self.rows[0].values())[: len(widths)]]
-        lines = [
-            "  ".join(
-                cell.ljust(width) if word else cell.rjust(width)
-                for cell, width, word in zip(row, widths, is_word, strict=True)
-            ).rstrip()
-            for row in cells
-        ]
-        lines.insert(1, "  ".join("-" * width for width in widths))
-        return "\n".join(lines) + "\n"
-
-    def write(self, folder: Path, name: str) -> list[Path]:
-        """Writes NAME.csv and NAME.md."""
-        folder.mkdir(parents=True, exist_ok=True)
-        paths = [folder / f"{name}.csv", folder / f"{name}.md"]
-        for path, text in zip(paths, (self.to_csv(), self.to_markdown()), strict=True):
-            path.write_text(text, encoding="utf-8")
-        return paths
-
-    def _shown(self) -> list[list[str]]:
-        head = [column.label for column in self.columns]
-        return [head, *([column.show(row) for column in self.columns] for row in self.rows)]
-
-
-def show_number(value: float | None, digits: int = 2) -> str:
-    """The one way in which a table shows a number; a dash where there is none."""
-    return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}"
-
-
-def show_rate(rate: float) -> str:
-    """A rate in percent."""
-    return show_number(100.0 * rate, 1)
-
-
-def cell_keys(results: Sequence[TrialResult]) -> list[str]:
-    """Columns that name a cell: the usual four, and others that vary in these results."""
-    others = ("object", "motion", "predictor", "delay_s")
-    varying = [key for key in others if len({getattr(row, key) for row in results}) > 1]
-    return ["tracker", "camera", "condition", *varying, "speed_mps"]
-
-
-def group_by_cell(
-    results: Sequence[TrialResult], keys: Sequence[str]
-) -> dict[tuple[Any, ...], list[TrialResult]]:
-    """Results by the values of `keys`, in order of first appearance."""
-    cells: dict[tuple[Any, ...], list[TrialResult]] = {}
-    for row in results:
-        cells.setdefault(tuple(getattr(row, key) for key in keys), []).append(row)
-    return cells
-
-
 def success_table(results: Sequence[TrialResult]) -> Table:
     """Success rates with Wilson 95 % intervals, and how fast and how exact the arm was.
 
-    A trial that crashed counts as a failure. Time to grasp is the mean over successes; tracking
+    The criterion is the paper's own, an error that the servo believes in; the gap is how many
+    points it is above the success that physics grants. A trial that crashed counts as a failure.
+    Time to grasp is the mean over successes; tracking
     and grip errors are medians over the trials that have them.
     """
     keys = cell_keys(results)
     rows = [
         dict(zip(keys, cell, strict=True)) | _measures(members)
-        for cell, members in group_by_cell(results, keys).items()
+        for cell, members in group_by(results, keys).items()
     ]
     columns = (
-        *_key_columns(keys),
+        *key_columns(keys),
         Column("n", lambda row: str(row["n"])),
         Column(
             "success % [95 %]",
@@ -128,6 +43,7 @@ def success_table(results: Sequence[TrialResult]) -> Table:
         ),
         Column("clean %", lambda row: show_rate(row["clean_rate"])),
         Column("criterion %", lambda row: show_rate(row["criterion_rate"])),
+        Column("gap [points]", lambda row: f"{100 * row['criterion_gap']:+.1f}"),
         Column("grasp [s]", lambda row: show_number(row["mean_time_to_grasp_s"])),
         Column("RMSE [mm]", lambda row: show_number(row["median_track_rmse_mm"])),
         Column("yaw [deg]", lambda row: show_number(row["median_track_yaw_rmse_deg"])),
@@ -147,6 +63,7 @@ def _measures(members: Sequence[TrialResult]) -> TableRow:
         "success_high": high,
         "clean_rate": sum(row.clean_success for row in members) / n,
         "criterion_rate": sum(row.criterion_met for row in members) / n,
+        "criterion_gap": sum(row.criterion_met - row.success for row in members) / n,
         "mean_time_to_grasp_s": _reduce(
             np.mean, (row.time_to_grasp_s for row in members if row.success)
         ),
@@ -166,16 +83,85 @@ def _reduce(
     return scale * float(function(known)) if known else None
 
 
-def _key_columns(keys: Sequence[str]) -> list[Column]:
-    return [Column(_LABELS.get(key, key), lambda row, key=key: show_key(row[key])) for key in keys]
+def key_columns(keys: Sequence[str]) -> list[Column]:
+    """The columns that name a cell."""
+    return [Column(heading(key), lambda row, key=key: show_key(row[key])) for key in keys]
 
 
-_LABELS = {"speed_mps": "speed [m/s]", "delay_s": "delay [s]"}
+def _number_columns(shown: Iterable[tuple[str, str, int]]) -> list[Column]:
+    return [
+        Column(label, lambda row, key=key, digits=digits: show_number(row[key], digits))
+        for key, label, digits in shown
+    ]
 
 
-def show_key(value: str | float) -> str:
-    """A value that names a cell: a name as it is, a number in as few digits as tell it apart."""
-    return value if isinstance(value, str) else f"{value:.2f}" if value >= 0.1 else f"{value:.3g}"
+_TRACKING = (
+    ("time_to_track_s", "to track [s]", 2),
+    ("time_to_sync_s", "to sync [s]", 2),
+    ("time_to_grasp_s", "to grasp [s]", 2),
+    ("belt_used_m", "belt used [m]", 2),
+    ("median_ess", "ESS", 1),
+    ("visible_fraction_min", "least visible", 2),
+)
+"""Column of trials.csv whose median is shown, its heading and its digits."""
+
+
+def tracking_table(results: Sequence[TrialResult]) -> Table:
+    """How soon the object was tracked and grasped, how well the filter was off, what it lost.
+
+    Medians over the trials that came to the event, times from the object's full view; `lost` is
+    how often a track turned to lost in all trials of the cell, `in trials` in how many of them.
+    """
+    keys = cell_keys(results)
+    rows: list[TableRow] = []
+    for cell, members in group_by(results, keys).items():
+        row: TableRow = dict(zip(keys, cell, strict=True)) | {"n": len(members)}
+        for name, *_ in _TRACKING:
+            values = [getattr(member, name) for member in members]
+            row[name] = _reduce(np.median, values)
+            row[f"{name}_n"] = sum(value is not None for value in values)
+        row["lost_count"] = sum(member.lost_count for member in members)
+        row["loser_count"] = sum(member.lost_count > 0 for member in members)
+        rows.append(row)
+    columns = [*key_columns(keys), Column("n", lambda row: str(row["n"]))]
+    columns += _number_columns(_TRACKING)
+    columns.append(Column("lost", lambda row: str(row["lost_count"])))
+    columns.append(Column("in trials", lambda row: str(row["loser_count"])))
+    return Table(tuple(rows), tuple(columns))
+
+
+_COSTS = (
+    ("render_ms_per_image", "render [ms/image]", 1),
+    ("track_ms_per_image", "track [ms/image]", 1),
+    ("servo_ms_per_step", "servo [ms/step]", 2),
+    ("physics_ms_per_step", "physics [ms/step]", 2),
+    ("wall_s", "trial [s]", 1),
+)
+"""Column of timings.csv whose median is shown, its heading and its digits."""
+
+
+def cost_table(results: Sequence[TrialResult], timings: Sequence[TrialTimings]) -> Table | None:
+    """What each stage cost on the machine of the sweep; None without a measured trial.
+
+    Medians over the trials that did not crash; the real-time factor is that of all together.
+    """
+    cost_of = {row.trial_id: row for row in timings}
+    keys = cell_keys(results)
+    rows: list[TableRow] = []
+    for cell, members in group_by(results, keys).items():
+        known = [m for m in members if m.outcome != "error" and m.trial_id in cost_of]
+        costs = [cost_of[member.trial_id] for member in known]
+        if not costs:
+            continue
+        row: TableRow = dict(zip(keys, cell, strict=True)) | {"n": len(costs)}
+        for name, *_ in _COSTS:
+            row[name] = _reduce(np.median, (getattr(cost, name) for cost in costs))
+        row["real_time_factor"] = sum(c.simulated_s for c in costs) / sum(c.wall_s for c in costs)
+        rows.append(row)
+    columns = [*key_columns(keys), Column("n", lambda row: str(row["n"]))]
+    columns += _number_columns(_COSTS)
+    columns.append(Column("x real time", lambda row: show_number(row["real_time_factor"])))
+    return Table(tuple(rows), tuple(columns)) if rows else None
 
 
 def outcome_table(results: Sequence[TrialResult]) -> Table:
@@ -184,53 +170,12 @@ def outcome_table(results: Sequence[TrialResult]) -> Table:
     present = {row.outcome for row in results}
     outcomes: list[str] = [outcome for outcome in get_args(Outcome) if outcome in present]
     rows: list[TableRow] = []
-    for cell, members in group_by_cell(results, keys).items():
+    for cell, members in group_by(results, keys).items():
         counts = Counter(row.outcome for row in members)
         row: TableRow = dict(zip(keys, cell, strict=True)) | {"n": len(members)}
         rows.append(row | {outcome: counts[outcome] for outcome in outcomes})
     counted = [Column(name, lambda row, name=name: str(row[name])) for name in ("n", *outcomes)]
-    return Table(tuple(rows), (*_key_columns(keys), *counted))
-
-
-def paired_table(results: Sequence[TrialResult]) -> Table | None:
-    """Every tracker against the reference one on the same worlds; None without such pairs."""
-    keys = cell_keys(results)
-    cells = group_by_cell(results, keys)
-    rows: list[TableRow] = []
-    for cell, members in cells.items():
-        reference = cells.get((REFERENCE_TRACKER, *cell[1:]))
-        if cell[0] != REFERENCE_TRACKER and reference is not None:
-            compared = _compare(members, reference)
-            rows.append(dict(zip(keys, cell, strict=True)) | compared)
-    columns = (
-        *_key_columns(keys),
-        Column("pairs", lambda row: str(row["n"])),
-        Column(
-            f"success minus {REFERENCE_TRACKER}, points [95 %]",
-            lambda row: (
-                f"{100 * row['difference']:+.1f} "
-                f"[{100 * row['difference_low']:+.1f}, {100 * row['difference_high']:+.1f}]"
-            ),
-        ),
-        Column("McNemar p", lambda row: f"{row['mcnemar_p']:.3g}"),
-    )
-    return Table(tuple(rows), columns) if rows else None
-
-
-def _compare(members: Sequence[TrialResult], reference: Sequence[TrialResult]) -> TableRow:
-    """Paired: only worlds that both have met."""
-    success, expected = ({world_of(r): r.success for r in rows} for rows in (members, reference))
-    pairs = Comparison.of(success, expected)
-    difference, low, high = pairs.difference
-    return {
-        "n": pairs.n,
-        "tracker_only": pairs.first_only,
-        "reference_only": pairs.second_only,
-        "difference": difference,
-        "difference_low": low,
-        "difference_high": high,
-        "mcnemar_p": pairs.p,
-    }
+    return Table(tuple(rows), (*key_columns(keys), *counted))
 
 
 def blame_table(results: Sequence[TrialResult]) -> Table | None:
@@ -243,7 +188,7 @@ def blame_table(results: Sequence[TrialResult]) -> Table | None:
     graspable = {_belt_world(r): r.success for r in results if r.tracker == ORACLE}
     keys = cell_keys(results)
     rows: list[TableRow] = []
-    for cell, members in group_by_cell(results, keys).items():
+    for cell, members in group_by(results, keys).items():
         failures = [graspable.get(_belt_world(r)) for r in members if not r.success]
         if cell[0] == ORACLE or not failures or not graspable:
             continue
@@ -253,9 +198,9 @@ def blame_table(results: Sequence[TrialResult]) -> Table | None:
         rows.append(row | {"failures": len(failures)} | shares)
     shown = ("n", "failures", "tracking", "arm", "unknown")
     columns = [Column(name, lambda row, name=name: str(row[name])) for name in shown]
-    return Table(tuple(rows), (*_key_columns(keys), *columns)) if rows else None
+    return Table(tuple(rows), (*key_columns(keys), *columns)) if rows else None
 
 
 def _belt_world(row: TrialResult) -> tuple[Any, ...]:
-    """What the oracle meets: the object, the belt and the seed."""
-    return row.object, row.motion, row.speed_mps, row.seed
+    """What the oracle meets: the object, the belt, the gripper and the seed."""
+    return row.object, row.motion, row.speed_mps, row.gripper_delay_s, row.seed

@@ -4,6 +4,7 @@ As in a real cell: before production the operator lays the object at a marked pl
 belt, in normal light and without the arm in between, and the system's own camera takes pictures,
 the object shifted by thirds of a pixel in between. Their mean shows what pixels average over; a
 single one shows how they happened to fall, which counts when the object is a few pixels wide.
+Which part of its bounding rectangle is the object's face is known from its drawing, as its size is.
 Nothing of a later trial is known then.
 """
 
@@ -15,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from sim.conveyor import BELT_CENTRE_X_M
-from sim.robot import HOME_Q_RAD, STROKE_M
+from sim.path import Pose
 from sim.task import ConveyorGrasp
+from tracker.image import ArrayImage
 from tracker.rectify import OverheadView
 from tracker.template import Template
 
@@ -30,7 +32,6 @@ def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
 
     Leaves the physics in the teaching scene: reset the environment before going on.
     """
-    task.set_light_scale(physics, 1.0)
     distance_m = math.dist(task.view.position_m, (BELT_CENTRE_X_M, 0.0, 0.0))
     step_m = distance_m / task.K[0, 0] / SHIFTS
     shifts_m = [step_m * (k - 0.5 * (SHIFTS - 1)) for k in range(SHIFTS)]
@@ -40,24 +41,25 @@ def reference_picture(task: ConveyorGrasp, physics: Any) -> np.ndarray:
 
 
 def _picture_at(task: ConveyorGrasp, physics: Any, x_m: float, y_m: float) -> np.ndarray:
-    with physics.reset_context():
-        task.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-        task.place_object(physics, x_m=x_m, y_m=y_m, yaw_rad=0.5 * math.pi)
+    task.lay_for_teaching(physics, Pose(x_m, y_m, yaw_rad=0.5 * math.pi))
     rgb, _ = task.render(physics, "sensor")
+    photograph = ArrayImage(rgb, None)
     length, width, height = task.prop.spec.size_m
     view = OverheadView(
         K=task.K,
         T_world_camera=task.view.T_world_camera,
-        image_shape_px=rgb.shape[:2],
+        image_shape_px=photograph.shape_px,
         plane_z_m=height,
         x_range_m=(x_m - 0.5 * width, x_m + 0.5 * width),
         y_range_m=(y_m - 0.5 * length, y_m + 0.5 * length),
         m_per_px=PICTURE_M_PER_PX,
     )
-    return view.rectify(rgb, None).grey
+    return view.rectify(photograph).grey
 
 
 def reference_template(task: ConveyorGrasp, physics: Any) -> Template:
     """The trackers' template of the object on this cell's camera."""
     length, width, _ = task.prop.spec.size_m
-    return Template.of_picture(reference_picture(task, physics), size=(length, width))
+    picture = reference_picture(task, physics)
+    mask = task.prop.face(physics, picture.shape)
+    return Template.of_picture(picture, size=(length, width), mask=mask)

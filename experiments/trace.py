@@ -24,6 +24,8 @@ class ControlSample:
     """(3,) commanded tool centre point."""
     servo_error: float | None
     """Norm of the pose error that the servo believes in, [IGPF2021] Eq. (26); None untracked."""
+    true_error: float
+    """The same norm between the true hand and the true object."""
     is_feasible: bool
 
 

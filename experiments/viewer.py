@@ -13,7 +13,7 @@ from experiments.config import TrialConfig
 from experiments.seeding import Stream, generator, random_state
 from sim import environment
 from sim.scenario import ScenarioRange
-from sim.task import Episode, TaskConfig
+from sim.task_config import Episode, TaskConfig
 
 
 def show(config: TrialConfig) -> None:

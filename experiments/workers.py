@@ -25,6 +25,8 @@ class Attempt:
     """Place of the trial in the sweep."""
     result: TrialResult
     timings: TrialTimings
+    curve: str = ""
+    """Its error curve as lines of CSV."""
     crash: str | None = None
     """Traceback of a trial that crashed."""
 
@@ -49,7 +51,7 @@ class TrialJob:
         index, config = trial
         provenance = {"preset": self.preset} | self.provenance
         result = records.error_result(config, detail, provenance)
-        return Attempt(index, result, records.error_timings(config, wall_s), crash)
+        return Attempt(index, result, records.error_timings(config, wall_s), crash=crash)
 
 
 def attempt(
@@ -60,7 +62,7 @@ def attempt(
     try:
         module, name = job.run_trial.split(":")
         run_trial = getattr(importlib.import_module(module), name)
-        result, timings = run_trial(config, video_path=video_path, preset=job.preset)
+        result, timings, curve = run_trial(config, video_path=video_path, preset=job.preset)
         for row in (result, timings):
             if row.trial_id != config.trial_id:
                 raise RuntimeError(f"trial {config.trial_id} returned a row of {row.trial_id}")
@@ -69,7 +71,7 @@ def attempt(
         wall_s = time.perf_counter() - started_s
         detail = f"{type(error).__name__}: {error}"
         return job.crashed((index, config), wall_s, detail, traceback.format_exc())
-    return Attempt(index, result, timings)
+    return Attempt(index, result, timings, curve)
 
 
 def run_all(

@@ -2,8 +2,9 @@
 
     python scripts/insert_tables.py [--check]
 
-A document shows a table between `<!-- results/.../NAME.md -->` and `<!-- end -->`. With --check
-nothing is written, and the exit code is 1 where a document is out of date.
+A document shows a table between `<!-- results/.../NAME.md -->` and `<!-- end -->`; where the table
+does not exist yet, it says so. With --check nothing is written, and the exit code is 1 where a
+document is out of date.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+NOT_YET = "*No such table yet.*\n"
 BLOCK = re.compile(r"(<!-- (results/\S+\.md) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -20,7 +22,8 @@ def refreshed(text: str) -> str:
     """`text` with every table as it is in results/ now."""
 
     def table(match: re.Match[str]) -> str:
-        content = (ROOT / match[2]).read_text(encoding="utf-8")
+        path = ROOT / match[2]
+        content = path.read_text(encoding="utf-8") if path.exists() else NOT_YET
         return f"{match[1]}\n{content}\n{match[3]}"
 
     return BLOCK.sub(table, text)

@@ -9,7 +9,7 @@ import numpy as np
 from dm_control import composer, mjcf
 
 from sim import ASSETS, textures
-from sim.conveyor import Conveyor
+from sim.carriers import Carrier
 from sim.robot import Robot
 
 PHYSICS_STEP_S = 1.0 / 480.0
@@ -24,11 +24,12 @@ ZFAR_M = 20.0
 
 
 class Cell(composer.Arena):
-    """Work cell with a place for the robot and one for the conveyor."""
+    """Work cell with a place for the robot and one for what carries the object."""
 
     def _build(self) -> None:
         self._mjcf_root = mjcf.from_path(str(ASSETS / "cell.xml"))
         textures.apply(self._mjcf_root, "concrete", textures.concrete())
+        textures.apply(self._mjcf_root, "busy", textures.busy_print())
         self._lights = tuple(self._mjcf_root.find("light", name) for name in ("key", "fill"))
 
     @property
@@ -40,9 +41,14 @@ class Cell(composer.Arena):
         """Stands the robot on its pedestal at the origin; returns the attachment frame."""
         return self.attach(robot, self._mjcf_root.find("site", "robot"))
 
-    def attach_conveyor(self, conveyor: Conveyor) -> Any:
-        """Puts the belt in front of the robot; returns the attachment frame."""
-        return self.attach(conveyor, self._mjcf_root.find("site", "conveyor"))
+    def attach_carrier(self, carrier: Carrier) -> Any:
+        """Puts the belt or the turntable in front of the robot; returns the attachment frame."""
+        return self.attach(carrier, self._mjcf_root.find("site", "carrier"))
+
+    def set_clutter(self, physics: Any, opacity: float) -> None:
+        """Shows a busy print on the floor, 0 for none and 1 for all of it."""
+        floor = physics.bind(self._mjcf_root.find("geom", "busy_floor")).element_id
+        physics.model.geom_rgba[floor, 3] = opacity
 
     def set_light_scale(self, physics: Any, scale: float) -> None:
         """Dims (or brightens) every light of the cell, 1 being the compiled brightness."""

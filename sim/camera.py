@@ -3,15 +3,21 @@
 Colour and depth come from one render and one read, which costs half of two renders. Depth is
 exact only without multisampling, so the arena compiles with `offsamples="0"`; a context that
 samples more is refused.
+
+An exposure keeps what the camera saw; its pixels are made later, and only the window of them that
+somebody looks at. In software most of a picture's cost is its pixels.
 """
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import math
 import os
+import time
+from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
@@ -103,6 +109,22 @@ def add_camera(mjcf_root: Any, name: str, view: CameraView) -> Any:
     )
 
 
+Window: TypeAlias = tuple[slice, slice]
+"""Rows and columns of an image, each a slice with a start and a stop within it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """What a camera saw at one moment, not yet turned into pixels."""
+
+    scene: mujoco.MjvScene
+    """Geometry and lights, which later physics steps do not touch."""
+    shape_px: tuple[int, int]
+    """Rows and columns of the whole image."""
+    clip_m: tuple[float, float]
+    """Distances of the near and the far plane."""
+
+
 class OffscreenRenderer:
     """Renders any camera of a compiled model without a display; one OpenGL context each.
 
@@ -114,6 +136,8 @@ class OffscreenRenderer:
         self._gl.make_current()
         self.gl_renderer: str = GL.glGetString(GL.GL_RENDERER).decode()
         """Name of what renders, such as `llvmpipe (LLVM 15.0.6, 256 bits)`."""
+        self.spent_s = 0.0
+        """Wall-clock time of all pixels so far."""
         model.vis.global_.offwidth = max(width_px, int(model.vis.global_.offwidth))
         model.vis.global_.offheight = max(height_px, int(model.vis.global_.offheight))
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
@@ -123,8 +147,6 @@ class OffscreenRenderer:
             )
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
-        self._scene = mujoco.MjvScene(model, maxgeom=400)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
         self._option = mujoco.MjvOption()
         self._option.sitegroup[:] = 0
         self._camera = mujoco.MjvCamera()
@@ -139,31 +161,55 @@ class OffscreenRenderer:
                 f"image must be at most {largest[0]} x {largest[1]} px, "
                 f"got {width_px} x {height_px}"
             )
-        self._rgb = np.empty((height_px, width_px, 3), np.uint8)
-        self._depth = np.empty((height_px, width_px), np.float32)
-        self._rect = mujoco.MjrRect(0, 0, width_px, height_px)
+        self._shape_px = height_px, width_px
+
+    def expose(
+        self, model: mujoco.MjModel, data: mujoco.MjData, camera_name: str, *, shadows: bool = False
+    ) -> Exposure:
+        """What the named camera sees now."""
+        scene = mujoco.MjvScene(model, maxgeom=model.ngeom + _OTHER_GEOMS)
+        scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        self._camera.fixedcamid = model.camera(camera_name).id
+        mujoco.mjv_updateScene(
+            model, data, self._option, None, self._camera, mujoco.mjtCatBit.mjCAT_ALL, scene
+        )
+        extent = model.stat.extent
+        clip_m = model.vis.map.znear * extent, model.vis.map.zfar * extent
+        return Exposure(scene, self._shape_px, clip_m)
+
+    def develop(
+        self, exposure: Exposure, window: Window | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The pixels of an exposure.
+
+        Args:
+            exposure: Made by this renderer.
+            window: The part of the image that is wanted; all of it if None. A pixel may differ by
+                a grey level from that of the whole image.
+
+        Returns:
+            (h, w, 3) uint8 colours and (h, w) float32 depth [m] along the optical axis.
+        """
+        started_s = time.perf_counter()
+        rows, columns = window or (slice(0, exposure.shape_px[0]), slice(0, exposure.shape_px[1]))
+        height, width = rows.stop - rows.start, columns.stop - columns.start
+        rgb = np.empty((height, width, 3), np.uint8)
+        depth = np.empty((height, width), np.float32)
+        if height and width:
+            self._gl.make_current()
+            rectangle = mujoco.MjrRect(0, 0, width, height)
+            with _narrowed(exposure, rows, columns):
+                mujoco.mjr_render(rectangle, exposure.scene, self._context)
+            mujoco.mjr_readPixels(rgb, depth, rectangle, self._context)
+            _linearise_depth(depth, *exposure.clip_m)
+        self.spent_s += time.perf_counter() - started_s
+        return rgb[::-1], depth[::-1]
 
     def render(
         self, model: mujoco.MjModel, data: mujoco.MjData, camera_name: str, *, shadows: bool = False
     ) -> tuple[np.ndarray, np.ndarray]:
-        """One pass of the named camera.
-
-        Returns:
-            (h, w, 3) uint8 colours and (h, w) float32 depth [m] along the optical axis; both are
-            views of buffers that the next call overwrites.
-        """
-        self._gl.make_current()
-        self._camera.fixedcamid = model.camera(camera_name).id
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
-        mujoco.mjv_updateScene(
-            model, data, self._option, None, self._camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
-        )
-        mujoco.mjr_render(self._rect, self._scene, self._context)
-        mujoco.mjr_readPixels(self._rgb, self._depth, self._rect, self._context)
-        near = model.vis.map.znear * model.stat.extent
-        far = model.vis.map.zfar * model.stat.extent
-        _linearise_depth(self._depth, near, far)
-        return self._rgb[::-1], self._depth[::-1]
+        """The whole image of the named camera now; see `develop`."""
+        return self.develop(self.expose(model, data, camera_name, shadows=shadows))
 
     def segment(
         self, model: mujoco.MjModel, data: mujoco.MjData, camera_name: str
@@ -173,15 +219,14 @@ class OffscreenRenderer:
         Returns:
             (h, w) types (`mujoco.mjtObj`) and (h, w) indices of the objects; -1 where none is.
         """
-        flags = self._scene.flags
-        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = True
-        try:
-            colours = self.render(model, data, camera_name)[0].astype(np.int32)
-        finally:
-            flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = False
+        exposure = self.expose(model, data, camera_name)
+        scene = exposure.scene
+        for flag in (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR):
+            scene.flags[flag] = True
+        colours = self.develop(exposure)[0].astype(np.int32)
         segment = colours[..., 0] + (colours[..., 1] << 8) + (colours[..., 2] << 16)
-        names = np.full((2, self._scene.ngeom + 1), -1, np.int32)
-        for geom in self._scene.geoms[: self._scene.ngeom]:
+        names = np.full((2, scene.ngeom + 1), -1, np.int32)
+        for geom in scene.geoms[: scene.ngeom]:
             names[:, geom.segid + 1] = geom.objtype, geom.objid
         return names[0][segment], names[1][segment]
 
@@ -198,6 +243,28 @@ class OffscreenRenderer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+_OTHER_GEOMS = 64
+"""Room for what is drawn beside the model's geoms: pieces of tendons and lamps."""
+
+
+@contextlib.contextmanager
+def _narrowed(exposure: Exposure, rows: slice, columns: slice) -> Generator[None, None, None]:
+    """Inside, the cameras of the exposure look through the window alone: off-centre frusta."""
+    height_px, width_px = exposure.shape_px
+    cameras = exposure.scene.camera
+    whole = [(c.frustum_bottom, c.frustum_top, c.frustum_center, c.frustum_width) for c in cameras]
+    for camera, (bottom, top, centre, _) in zip(cameras, whole, strict=True):
+        px = (top - bottom) / height_px
+        camera.frustum_bottom, camera.frustum_top = top - px * rows.stop, top - px * rows.start
+        middle = 0.5 * (columns.start + columns.stop - width_px)
+        camera.frustum_center = centre + px * middle
+        camera.frustum_width = 0.5 * px * (columns.stop - columns.start)
+    yield
+    for camera, (bottom, top, centre, width) in zip(cameras, whole, strict=True):
+        camera.frustum_bottom, camera.frustum_top = bottom, top
+        camera.frustum_center, camera.frustum_width = centre, width
 
 
 def _gl_context(width_px: int, height_px: int) -> Any:

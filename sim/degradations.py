@@ -1,6 +1,7 @@
 """Conditions under which the camera looks at the belt: degradations in levels, alone or together.
 
-Light is changed in the scene, not in the pixels; noise, drops and delays are the sensor's.
+Light and what stands in the way are changed in the scene, not in the pixels; noise, drops and
+delays are the sensor's.
 """
 
 from __future__ import annotations
@@ -12,10 +13,14 @@ from typing import Any
 
 from sim.lighting import FlickeringLight, Light, SteadyLight, SwitchedLight
 
+WIDEST_BAR_M = 0.5
+LOOK_ALIKE_COUNT = 3
+"""So many are in the compiled model."""
+
 
 @dataclass(frozen=True)
 class Condition:
-    """A state of the light and of the sensor; the default is the normal one."""
+    """A state of the light, the sensor and the surroundings; the default is the normal one."""
 
     light: Light = field(default_factory=SteadyLight)
     shadows: bool = False
@@ -36,6 +41,12 @@ class Condition:
     late_share: float = 0.0
     """Probability that an image arrives `late_s` later than the declared delay says."""
     late_s: float = 0.0
+    bar_m: float = 0.0
+    """Width of a bar half-way between the camera and the belt; 0 for none. It hides twice that."""
+    clutter: float = 0.0
+    """Opacity of a busy print on belt, rails and floor."""
+    look_alike_count: int = 0
+    """Mirror images of the object that ride along."""
 
     def __post_init__(self) -> None:
         if self.width_px < 16 or self.height_px < 16:
@@ -46,6 +57,14 @@ class Condition:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} must be a number of 0 or more, got {value!r}")
+        if not 0.0 <= self.bar_m <= WIDEST_BAR_M:
+            raise ValueError(f"bar_m must be from 0 to {WIDEST_BAR_M:g}, got {self.bar_m!r}")
+        if not 0.0 <= self.clutter <= 1.0:
+            raise ValueError(f"clutter must be from 0 to 1, got {self.clutter!r}")
+        if self.look_alike_count not in range(LOOK_ALIKE_COUNT + 1):
+            raise ValueError(
+                f"look_alike_count must be 0 to {LOOK_ALIKE_COUNT}, got {self.look_alike_count!r}"
+            )
         if not self.full_well_e > 0.0:
             raise ValueError(f"full_well_e must be greater than 0, got {self.full_well_e!r}")
         for name in ("depth_hole_share", "dropped_share", "late_share"):
@@ -105,6 +124,18 @@ DEGRADATIONS: dict[str, Degradation] = {
     "late": Degradation(
         "a fifth of the images is 33, 67, 133 ms late",
         tuple({"late_share": 0.2, "late_s": late / 30} for late in (1, 2, 4)),
+    ),
+    "occlusion": Degradation(
+        "a bar hides 8, 16, 24, 32 cm of the belt where the hand has begun to follow",
+        tuple({"bar_m": width_m} for width_m in (0.04, 0.08, 0.12, 0.16)),
+    ),
+    "clutter": Degradation(
+        "busy print on belt, rails and floor, 35, 70, 100 % opaque",
+        tuple({"clutter": opacity} for opacity in (0.35, 0.7, 1.0)),
+    ),
+    "distractors": Degradation(
+        "1, 2, 3 mirror images of the object ride along, 39 cm apart",
+        tuple({"look_alike_count": count} for count in (1, 2, 3)),
     ),
 }
 """Everything that can get worse; a condition names one by its level, as in `dark-3`."""

@@ -7,10 +7,11 @@ import numpy as np
 from dm_control import composer, mjcf
 
 from sim.arena import Cell
-from sim.conveyor import Conveyor
+from sim.carriers import CARRIERS
 from sim.robot import Robot
 from sim.servo import Servo, ServoConfig
-from sim.task import ConveyorGrasp, TaskConfig
+from sim.task import ConveyorGrasp
+from sim.task_config import TaskConfig
 
 TIME_LIMIT_S = 30.0
 """No attempt lasts longer than this in simulated time."""
@@ -37,16 +38,16 @@ def load(
     )
 
 
-def make_servo(config: ServoConfig | None = None) -> Servo:
-    """A servo on the cell's own arm, hand and belt, with the fingers fixed at full opening."""
-    arena, robot, conveyor = Cell(), Robot(fixed_fingers=True), Conveyor()
+def make_servo(config: ServoConfig | None = None, carrier_name: str = "belt") -> Servo:
+    """A servo on the cell's own arm, hand and carrier, with the fingers fixed at full opening."""
+    arena, robot, carrier = Cell(), Robot(fixed_fingers=True), CARRIERS[carrier_name]()
     arena.attach_robot(robot)
-    arena.attach_conveyor(conveyor)
+    arena.attach_carrier(carrier)
     model: mujoco.MjModel = mjcf.Physics.from_mjcf_model(arena.mjcf_model).model.ptr
     return Servo(
         model,
         config or ServoConfig(),
         tcp_site=robot.tcp_site.full_identifier,
         hand_geoms=[geom.full_identifier for geom in robot.hand_geoms],
-        belt_geoms=[geom.full_identifier for geom in (conveyor.belt_geom, *conveyor.rail_geoms)],
+        belt_geoms=[geom.full_identifier for geom in carrier.solid_geoms],
     )

@@ -145,10 +145,11 @@ def run_up(y_m: float, speed_mps: float, wait_y_m: float, acceleration_mps2: flo
     """Position, velocity along the belt with which a waiting hand joins a target at `y_m`.
 
     The hand starts at rest at `wait_y_m` when the target is `v²/(2a)` before it, accelerates at
-    `a`, and meets the target at equal position and speed `v²/(2a)` after it.
+    `a`, and meets the target at equal position and speed `v²/(2a)` after it. A target that comes
+    the other way, on a turntable, is met where it is.
     """
     if speed_mps <= 0.0:
-        return max(y_m, wait_y_m), 0.0
+        return (y_m, speed_mps) if y_m >= wait_y_m else (wait_y_m, 0.0)
     distance = 0.5 * speed_mps**2 / acceleration_mps2
     travelled = y_m - (wait_y_m - distance)
     if travelled <= 0.0:

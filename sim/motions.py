@@ -1,4 +1,4 @@
-"""How the belt's speed changes: named motions, each scaled by the trial's belt speed."""
+"""How the belt's speed changes, or the turntable's: named motions, scaled by the trial's speed."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ import numpy as np
 
 
 class SpeedProfile(Protocol):
-    """Belt speed as a function of time."""
+    """Speed of the carrying surface as a function of time."""
 
     def __call__(self, time_s: float) -> float:
-        """Speed along +y [m/s] at `time_s`."""
+        """Speed [m/s] at `time_s`: along +y on a belt, counter-clockwise on a turntable."""
         ...
 
 
 @dataclass(frozen=True)
 class ConstantSpeed:
-    """A belt that always runs at the same speed."""
+    """A surface that always moves at the same speed."""
 
     speed_mps: float
 
     def __call__(self, time_s: float) -> float:
-        """Speed along +y [m/s], whatever the time."""
+        """Speed [m/s], whatever the time."""
         return self.speed_mps
 
 
@@ -86,6 +86,8 @@ class Motion:
     description: str
     draw: Callable[[float, np.random.Generator], SpeedProfile]
     """The profile at a belt speed [m/s]; what it leaves to chance comes from the generator."""
+    carrier: str = "belt"
+    """What moves: a name of CARRIERS."""
 
 
 def _ramp(speed_mps: float, rng: np.random.Generator) -> RampSpeed:
@@ -104,12 +106,21 @@ def _stop_and_go(speed_mps: float, rng: np.random.Generator) -> StopAndGoSpeed:
     )
 
 
+def _turntable(speed_mps: float, rng: np.random.Generator) -> ConstantSpeed:
+    return ConstantSpeed(speed_mps * rng.choice((-1.0, 1.0)))
+
+
 MOTIONS: dict[str, Motion] = {
     "constant": Motion("always the same speed", lambda speed_mps, rng: ConstantSpeed(speed_mps)),
     "ramp": Motion("from half the speed to one and a half in 3 s, or the other way", _ramp),
     "sine": Motion("speed swings by half about its mean, every 2 s, at any phase", _sine),
     "stop-and-go": Motion(
         "runs for 1.0 s, brakes and stands for 0.6 s, at 1 m/s² and at any phase", _stop_and_go
+    ),
+    "turntable": Motion(
+        "no belt: a circle of radius 0.25 m, either way round, the speed always the same",
+        _turntable,
+        carrier="turntable",
     ),
 }
 """Every motion that a trial can name."""

@@ -39,7 +39,6 @@ class PhysicalRecord:
     """Both fingers on the object, after the close command."""
     lifted_off_s: float | None = None
     """The object, in the fingers, is 10 mm above the belt."""
-    lift_off_y_m: float | None = None
     held_s: float = 0.0
     """How long it has been high enough with nothing but the hand touching it."""
     max_height_m: float = 0.0
@@ -165,7 +164,7 @@ class Referee:
         record.max_tilt_rad = max(record.max_tilt_rad, tilt)
         is_in_hand = bool(touching) and touching <= self._hand
         if is_in_hand and height > 0.01 and record.lifted_off_s is None:
-            record.lifted_off_s, record.lift_off_y_m = time_s, float(T_object[1, 3])
+            record.lifted_off_s = time_s
         if not (is_in_hand and height >= LIFT_HEIGHT_M):
             self._high_since_s = None
         elif self._high_since_s is None:

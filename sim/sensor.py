@@ -3,29 +3,42 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import cv2
 import numpy as np
 
+from sim.camera import Window
 from sim.degradations import Condition
 
 Image: TypeAlias = tuple[np.ndarray, np.ndarray]
 """(h, w, 3) uint8 colours and (h, w) float32 depth [m]."""
+
+Develop: TypeAlias = Callable[[Window], Image]
+"""Gives the pixels of what was exposed, in a window: only pixels that somebody looks at cost."""
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
     """An image that has arrived."""
 
-    rgb: np.ndarray
-    depth_m: np.ndarray
+    crop: Develop
+    """A part of it; equal parts are equal."""
+    shape_px: tuple[int, int]
+    """Rows and columns."""
     time_s: float
     """Middle of the exposure."""
     count: int
     """Images exposed up to this one; 0 for the black one before the first."""
+
+    @cached_property
+    def whole(self) -> Image:
+        """All of it."""
+        rows, columns = self.shape_px
+        return self.crop((slice(0, rows), slice(0, columns)))
 
 
 class Sensor:
@@ -55,19 +68,18 @@ class Sensor:
         self._delay = round(delay_s * tick_hz)
         (self._delivery_rng,) = rng.spawn(1)
         self._noise = SensorNoise(condition, rng)
-        self._open: list[Image] = []
+        self._open: list[Develop] = []
         self._under_way: deque[tuple[int, Frame]] = deque()
         self._count, self._seen_tick, self._is_dropped = 0, -1, False
-        shape = condition.height_px, condition.width_px
-        black = np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.float32)
-        self._newest = Frame(*black, time_s=0.0, count=0)
+        self._shape_px = condition.height_px, condition.width_px
+        self._newest = Frame(_black(self._shape_px), self._shape_px, time_s=0.0, count=0)
 
-    def look(self, time_s: float, render: Callable[[], Image]) -> None:
+    def look(self, time_s: float, expose: Callable[[], Develop]) -> None:
         """Exposes if it is time to; to be called at every physics step, more often does no harm.
 
         Args:
             time_s: Simulated time.
-            render: Gives the noise-free image of now; called only while the shutter is open.
+            expose: Takes the noise-free picture of now; called only while the shutter is open.
         """
         tick = round(time_s * self._tick_hz)
         if tick == self._seen_tick:
@@ -80,8 +92,7 @@ class Sensor:
             self._is_dropped = self._happens(self._condition.dropped_share)
         if shot >= self._shots or self._is_dropped:
             return
-        rgb, depth_m = render()
-        self._open.append((rgb.copy(), depth_m.copy()))  # the renderer reuses its buffers
+        self._open.append(expose())
         if shot == self._shots - 1:
             self._send(tick)
 
@@ -95,10 +106,15 @@ class Sensor:
     def _send(self, tick: int) -> None:
         """Closes the shutter and puts the image on its way; none overtakes the one before it."""
         middle = tick - (self._shots - 1) / 2
-        image = self._noise.on(*_mean_of(self._open))
+        shots, noise = tuple(self._open), self._noise.draw()
         late = self._happens(self._condition.late_share) * self._condition.late_s
         arrival = max(tick, round(middle + self._delay + late * self._tick_hz))
-        frame = Frame(*image, time_s=middle / self._tick_hz, count=self._count)
+        frame = Frame(
+            crop=lambda window: noise.on(*_mean_of(shots, window), window),
+            shape_px=self._shape_px,
+            time_s=middle / self._tick_hz,
+            count=self._count,
+        )
         if self._under_way:
             arrival = max(arrival, self._under_way[-1][0])
         self._under_way.append((arrival, frame))
@@ -107,12 +123,19 @@ class Sensor:
         return probability > 0.0 and float(self._delivery_rng.random()) < probability
 
 
-def _mean_of(shots: list[Image]) -> Image:
+def _black(shape_px: tuple[int, int]) -> Develop:
+    """What there is to see before the first image."""
+    black = np.zeros((*shape_px, 3), np.uint8), np.zeros(shape_px, np.float32)
+    return lambda window: (black[0][window], black[1][window])
+
+
+def _mean_of(shots: Sequence[Develop], window: Window) -> Image:
     """Mean colours, and the depth of the middle of the exposure."""
-    if len(shots) == 1:
-        return shots[0]
-    colours = np.mean([rgb for rgb, _ in shots], axis=0, dtype=np.float32)
-    return np.rint(colours).astype(np.uint8), shots[len(shots) // 2][1]
+    images = [develop(window) for develop in shots]
+    if len(images) == 1:
+        return images[0]
+    colours = np.mean([rgb for rgb, _ in images], axis=0, dtype=np.float32)
+    return np.rint(colours).astype(np.uint8), images[len(images) // 2][1]
 
 
 class SensorNoise:
@@ -145,25 +168,51 @@ class SensorNoise:
             blots = cv2.GaussianBlur(rng.random(size, np.float32), (0, 0), self._BLOT_PX / 2)
             self._holes = blots < np.quantile(blots, condition.depth_hole_share)
 
-    def on(self, rgb: np.ndarray, depth_m: np.ndarray) -> Image:
-        """The noisy image: (h, w, 3) uint8 colours, saturated, and (h, w) float32 depth [m].
+    def draw(self) -> FrameNoise:
+        """The noise of the next image."""
+        return FrameNoise(
+            colour=self._part(self._colour),
+            depth_m=self._part(self._depth),
+            is_hole=self._part(self._holes),
+            std_of_level=self._std_of_level,
+        )
+
+    def _part(self, picture: np.ndarray | None) -> np.ndarray | None:
+        """A part of a noise picture, as large as the image."""
+        if picture is None:
+            return None
+        row, column = self._rng.integers(0, self._MARGIN_PX, 2)
+        return picture[row : row + self._height, column : column + self._width]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameNoise:
+    """The noise of one image; None where a kind of noise is absent."""
+
+    colour: np.ndarray | None
+    """(h, w, 3): grey levels, or deviations where `std_of_level` tells their size."""
+    depth_m: np.ndarray | None
+    """(h, w)"""
+    is_hole: np.ndarray | None
+    """(h, w) bool"""
+    std_of_level: np.ndarray | None
+    """(256,) of `noise_std_of_level`."""
+
+    def on(self, rgb: np.ndarray, depth_m: np.ndarray, window: Window) -> Image:
+        """The noisy pixels of a window: (h, w, 3) uint8 colours, saturated, and (h, w) depth [m].
 
         A depth of 0 is no return.
         """
-        if self._colour is not None:
-            noise = self._window(self._colour)
-            if self._std_of_level is not None:
-                noise = noise * self._std_of_level[rgb]
+        if self.colour is not None:
+            noise = self.colour[window]
+            if self.std_of_level is not None:
+                noise = noise * self.std_of_level[rgb]
             rgb = cv2.add(rgb, noise, dtype=cv2.CV_8U)
-        if self._depth is not None:
-            depth_m = depth_m + self._window(self._depth)
-        if self._holes is not None:
-            depth_m = np.where(self._window(self._holes), np.float32(0.0), depth_m)
+        if self.depth_m is not None:
+            depth_m = depth_m + self.depth_m[window]
+        if self.is_hole is not None:
+            depth_m = np.where(self.is_hole[window], np.float32(0.0), depth_m)
         return rgb, depth_m
-
-    def _window(self, picture: np.ndarray) -> np.ndarray:
-        row, column = self._rng.integers(0, self._MARGIN_PX, 2)
-        return picture[row : row + self._height, column : column + self._width]
 
 
 def noise_std_of_level(condition: Condition) -> np.ndarray:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections import deque
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,67 +15,18 @@ from dm_env import specs
 
 from sim.arena import Cell
 from sim.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
-from sim.conveyor import BELT_CENTRE_X_M, Conveyor
-from sim.degradations import NORMAL, Condition, get_condition
-from sim.motions import draw_profile
+from sim.carriers import CARRIERS
+from sim.degradations import Condition, get_condition
 from sim.objects import Prop, get_object
+from sim.path import Pose
 from sim.referee import Referee
 from sim.robot import HOME_Q_RAD, STROKE_M, Robot
-from sim.scenario import Scenario, ScenarioRange
-from sim.sensor import Frame, Image, Sensor
+from sim.scenery import Scenery
+from sim.sensor import Develop, Frame, Image, Sensor
+from sim.task_config import PHYSICS_HZ, Episode, TaskConfig
 
-PHYSICS_HZ = 480
 CONTROL_HZ = 120
 _CUBE_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-
-
-@dataclass(frozen=True)
-class TaskConfig:
-    """What the cell looks like and where its delays lie."""
-
-    object: str = "box"
-    camera: str = "far-side"
-    condition: str = NORMAL
-    motion: str = "constant"
-    """How the belt runs in episodes that are drawn from the environment's own state."""
-    speed_mps: float = 0.25
-    """At which speed it does."""
-    scenarios: ScenarioRange = field(default_factory=ScenarioRange)
-    camera_rate_hz: float = 30.0
-    """Must divide the physics rate of 480 Hz."""
-    delay_s: float = 0.066
-    """From exposure until the image (and what is computed from it) can be used [s]."""
-    gripper_delay_s: float = 0.05
-    """From a new width command to the first finger motion [s]."""
-    finger_speed_mps: float = 0.127
-    """Speed of the opening, both fingers together."""
-    has_camera: bool = True
-    """Without a camera nothing is rendered; for control arms that see no image."""
-
-    def __post_init__(self) -> None:
-        get_object(self.object)
-        get_view(self.camera)
-        get_condition(self.condition)
-        draw_profile(self.motion, self.speed_mps, np.random.default_rng(0))
-        steps = PHYSICS_HZ / self.camera_rate_hz
-        if not (math.isfinite(steps) and steps >= 1.0 and abs(steps - round(steps)) < 1e-9):
-            rates = [str(r) for r in (10, 12, 15, 20, 24, 30, 40, 48, 60, 80, 96, 120)]
-            raise ValueError(
-                f"camera_rate_hz must divide {PHYSICS_HZ} (as {', '.join(rates)} do), "
-                f"got {self.camera_rate_hz!r}"
-            )
-        for name in ("delay_s", "gripper_delay_s", "finger_speed_mps"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be a number of 0 or more, got {value!r}")
-
-
-@dataclass(frozen=True, eq=False)
-class Episode:
-    """The world of the next reset, where it shall not be drawn from the environment's state."""
-
-    scenario: Scenario
-    sensor_rng: np.random.Generator
 
 
 class _Gripper:
@@ -108,11 +59,12 @@ class ConveyorGrasp(composer.Task):
         self.next_episode: Episode | None = None
         self._arena = Cell()
         self.robot = Robot()
-        self._conveyor = Conveyor()
+        self.carrier = CARRIERS[config.carrier]()
         self.prop = Prop(get_object(config.object))
         self._arena.attach_robot(self.robot)
-        self._arena.attach_conveyor(self._conveyor)
+        self._arena.attach_carrier(self.carrier)
         self._arena.add_free_entity(self.prop)
+        self._scenery = Scenery(self._arena, self.carrier, self.view, self.prop.spec)
         add_camera(self._arena.mjcf_model, "sensor", self.view)
         add_camera(self._arena.mjcf_model, "studio", STUDIO)
         self.set_timesteps(1.0 / CONTROL_HZ, 1.0 / PHYSICS_HZ)
@@ -123,10 +75,10 @@ class ConveyorGrasp(composer.Task):
     def configure(self, config: TaskConfig) -> None:
         """Changes what needs no new model, from the next reset on.
 
-        Raises ValueError for another object or camera, or where one camera has a renderer and
-        the other none.
+        Raises ValueError for another object, camera or carrier, or where one camera has a renderer
+        and the other none.
         """
-        for name in ("object", "camera", "has_camera"):
+        for name in ("object", "camera", "carrier", "has_camera"):
             if getattr(config, name) != getattr(self.config, name):
                 raise ValueError(
                     f"{name} is {getattr(self.config, name)!r} in the compiled model, "
@@ -135,6 +87,9 @@ class ConveyorGrasp(composer.Task):
         self.config = config
         self.condition: Condition = get_condition(config.condition)
         self._sensor = self._make_sensor(np.random.default_rng(0))
+        for name, observed in self._observables.items():
+            is_seen = config.has_camera and config.observes_camera
+            observed.enabled = is_seen or not name.startswith("camera/")
         if self._renderer is not None:
             self._renderer.resize(self.condition.width_px, self.condition.height_px)
 
@@ -167,30 +122,38 @@ class ConveyorGrasp(composer.Task):
             )
 
     def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:
-        """Places the object, starts the belt, opens the hand at home, sets the lights."""
+        """Places the object, starts its carrier, opens the hand at home, sets the lights."""
         episode = self.next_episode or self._draw_episode(random_state)
         self.next_episode = None
         self.scenario = episode.scenario
         self._sensor = self._make_sensor(episode.sensor_rng)
         self._gripper = _Gripper(self.config.gripper_delay_s, self.config.finger_speed_mps)
-        self.set_light_scale(physics, self.condition.light(0.0, self.scenario.start_y_m))
+        self.set_light_scale(physics, self.condition.light(0.0, episode.scenario.start.y_m))
         self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
-        s = self.scenario
-        x_m = BELT_CENTRE_X_M + s.offset_m
-        self.place_object(physics, x_m=x_m, y_m=s.start_y_m, yaw_rad=s.yaw_rad)
-        self.prop.set_velocity(physics, (0.0, s.profile(0.0), 0.0), np.zeros(3))
-        self._conveyor.set_speed(physics, self.scenario.profile(0.0))
+        start, speed_mps = self.scenario.start, self.scenario.profile(0.0)
+        self.place_object(physics, start)
+        vx, vy, yaw_rate = self.carrier.velocity_at(start, speed_mps)
+        self.prop.set_velocity(physics, (vx, vy, 0.0), (0.0, 0.0, yaw_rate))
+        self.carrier.set_speed(physics, speed_mps)
+        self._scenery.arrange(physics, self.condition, self.scenario)
         self.referee = Referee(physics, self.prop, self.robot)
 
     def before_step(
         self, physics: Any, action: np.ndarray, random_state: np.random.RandomState
     ) -> None:
-        """Applies the action and the belt's speed at this time."""
+        """Applies the action and the carrier's speed at this time."""
         del random_state
         self.robot.command_arm(physics, action[:6], action[6:12])
         self.robot.command_width(physics, self._gripper.step(float(action[12])))
         self._is_closing = action[12] < STROKE_M - 1e-6
-        self._conveyor.set_speed(physics, self.scenario.profile(float(physics.data.time)))
+        self.carrier.set_speed(physics, self.scenario.profile(float(physics.data.time)))
+
+    def before_substep(
+        self, physics: Any, action: np.ndarray, random_state: np.random.RandomState
+    ) -> None:
+        """Leads what rides along."""
+        del action, random_state
+        self._scenery.before_physics_step(physics)
 
     def after_substep(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Lets the camera look."""
@@ -215,13 +178,29 @@ class ConveyorGrasp(composer.Task):
 
     # The parts.
 
-    def render(self, physics: Any, camera: str) -> tuple[np.ndarray, np.ndarray]:
+    def render(self, physics: Any, camera: str) -> Image:
         """Noise-free colours and depth of the `sensor` or the `studio` camera."""
+        rows, columns = self.condition.height_px, self.condition.width_px
+        return self.expose(physics, camera)((slice(0, rows), slice(0, columns)))
+
+    def expose(self, physics: Any, camera: str) -> Develop:
+        """What the `sensor` or the `studio` camera sees now; its pixels are rendered on demand."""
         if self._renderer is None:
             raise ValueError("has_camera is False: this task renders nothing")
-        return self._renderer.render(
+        exposure = self._renderer.expose(
             physics.model.ptr, physics.data.ptr, camera, shadows=self.condition.shadows
         )
+        return functools.partial(self._renderer.develop, exposure)
+
+    def frame(self, physics: Any) -> Frame:
+        """The image of the sensor that has arrived last; a black one before the first."""
+        self._look(physics)  # at time 0 no physics step has let the camera look
+        return self._sensor.newest(float(physics.data.time))
+
+    @property
+    def rendering_s(self) -> float:
+        """Wall-clock time of all rendering so far."""
+        return self._renderer.spent_s if self._renderer else 0.0
 
     @property
     def K(self) -> np.ndarray:
@@ -232,12 +211,24 @@ class ConveyorGrasp(composer.Task):
         """Brightness of the cell, 1 being normal."""
         self._arena.set_light_scale(physics, scale)
 
-    def place_object(self, physics: Any, *, x_m: float, y_m: float, yaw_rad: float) -> None:
-        """Lays the object on the belt, at rest."""
-        quaternion = math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)
-        position = x_m, y_m, 0.5 * self.prop.spec.size_m[2]
+    def place_object(self, physics: Any, pose: Pose) -> None:
+        """Lays the object on the surface, at rest."""
+        quaternion = math.cos(0.5 * pose.yaw_rad), 0.0, 0.0, math.sin(0.5 * pose.yaw_rad)
+        position = pose.x_m, pose.y_m, 0.5 * self.prop.spec.size_m[2]
         self.prop.set_pose(physics, position, quaternion)
         self.prop.set_velocity(physics, np.zeros(3), np.zeros(3))
+
+    def lay_for_teaching(self, physics: Any, pose: Pose) -> None:
+        """Lays the object there, in a cell at rest and in normal light.
+
+        All that shows is as in a new cell, whatever ran before. Reset the environment afterwards.
+        """
+        with physics.reset_context():
+            self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+            self.place_object(physics, pose)
+            self._scenery.hide(physics)
+        self.carrier.show_mark(physics)
+        self.set_light_scale(physics, 1.0)
 
     def is_in_view(self, physics: Any) -> bool:
         """Whether every corner of the object projects into the sensor's image."""
@@ -273,33 +264,26 @@ class ConveyorGrasp(composer.Task):
         return Sensor(self.condition, c.camera_rate_hz, c.delay_s, PHYSICS_HZ, rng)
 
     def _make_observables(self) -> dict[str, observable.Observable]:
-        sensor = {
-            "camera/rgb": lambda physics: self._newest(physics).rgb,
-            "camera/depth_m": lambda physics: self._newest(physics).depth_m,
-            "camera/time_s": lambda physics: self._newest(physics).time_s,
-            "camera/count": lambda physics: self._newest(physics).count,
-        }
-        robot = {
+        read = {
+            "camera/rgb": lambda physics: self.frame(physics).whole[0],
+            "camera/depth_m": lambda physics: self.frame(physics).whole[1],
+            "camera/time_s": lambda physics: self.frame(physics).time_s,
+            "camera/count": lambda physics: self.frame(physics).count,
             "robot/q_rad": self.robot.q,
             "robot/qd_radps": self.robot.qd,
             "robot/width_m": self.robot.width_m,
         }
-        made: dict[str, observable.Observable] = {}
-        for name, read in (sensor | robot).items():
-            made[name] = observable.Generic(read, update_interval=PHYSICS_HZ // CONTROL_HZ)
-            made[name].enabled = name in robot or self.config.has_camera
-        return made
-
-    def _newest(self, physics: Any) -> Frame:
-        """The image that has arrived last; at time 0 no physics step has let the camera look."""
-        self._look(physics)
-        return self._sensor.newest(float(physics.data.time))
+        interval = PHYSICS_HZ // CONTROL_HZ
+        return {
+            name: observable.Generic(function, update_interval=interval)
+            for name, function in read.items()
+        }
 
     def _look(self, physics: Any) -> None:
-        def photograph() -> Image:
+        def expose() -> Develop:
             target_y_m = float(physics.bind(self.prop.body).xpos[1])
             self.set_light_scale(physics, self.condition.light(time_s, target_y_m))
-            return self.render(physics, "sensor")
+            return self.expose(physics, "sensor")
 
         time_s = float(physics.data.time)
-        self._sensor.look(time_s, photograph)
+        self._sensor.look(time_s, expose)

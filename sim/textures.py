@@ -31,6 +31,7 @@ _GLYPHS = {  # 5 x 7 dots, one row a number, the leftmost dot the highest bit
     "G": (14, 17, 16, 23, 17, 17, 14),
     "I": (14, 4, 4, 4, 4, 4, 14),
     "L": (16, 16, 16, 16, 16, 16, 31),
+    "N": (17, 17, 25, 21, 19, 17, 17),
     "P": (30, 17, 17, 30, 16, 16, 16),
     "R": (30, 17, 17, 30, 20, 18, 17),
     "S": (15, 16, 16, 14, 1, 1, 30),
@@ -139,45 +140,6 @@ def apply(mjcf_root: Any, material: str, pixels: np.ndarray) -> None:
 
 
 @cache
-def carton_artwork() -> np.ndarray:
-    """Unfolded print of the carton, laid out as the mesh `carton.obj` wants it, (640, 560, 3)."""
-    c = Canvas(280.0, 320.0, 2.0, KRAFT)
-    c.grain(5.0, seed=11)
-    _paint_lid(c)
-    for y in (80.0, 240.0):  # both sides
-        c.rectangle(0, y + 58, 200, 10, NAVY)
-        c.text(14, y + 16, 4.0, "BELT" if y == 80.0 else "GRASP", NAVY if y == 80.0 else RED)
-        c.polygon([(168, y + 12), (182, y + 34), (154, y + 34)], INK)
-        c.rectangle(163, y + 34, 10, 14, INK)
-    c.rectangle(0, 195, 200, 10, (214, 182, 138))  # tape on the base
-    c.rectangle(214, 14, 52, 40, PAPER)
-    c.bars(219, 19, 42, 30, seed=5)
-    c.disc(240, 120, 22, RED)
-    c.disc(240, 120, 14, KRAFT)
-    return c.to_uint8()
-
-
-def _paint_lid(c: Canvas) -> None:
-    """The top face: nothing on it repeats when it is turned by half a circle."""
-    c.rectangle(0, 36, 200, 8, (214, 182, 138))
-    c.rectangle(0, 0, 58, 80, NAVY)
-    c.polygon([(58, 0), (74, 0), (58, 80)], NAVY)
-    c.disc(28, 30, 19, AMBER)
-    c.disc(28, 30, 9, NAVY)
-    c.text(8, 60, 1.5, "GRASP", PAPER)
-    c.rectangle(84, 10, 62, 42, PAPER)
-    c.bars(90, 15, 50, 18, seed=3)
-    c.rectangle(90, 38, 34, 3, INK)
-    c.rectangle(90, 44, 46, 3, INK)
-    c.polygon([(172, 6), (194, 44), (150, 44)], RED)
-    c.polygon([(172, 16), (184, 38), (160, 38)], PAPER)
-    c.rectangle(170, 22, 4, 12, INK)
-    c.rectangle(150, 54, 44, 18, TEAL)
-    c.text(152.5, 59.5, 0.95, "FRAGILE", PAPER)
-    c.rectangle(96, 60, 38, 12, INK)
-
-
-@cache
 def belt_surface(size_px: int = 128) -> np.ndarray:
     """One period of a rubber belt: a fine weave with a faint line across."""
     c = Canvas(100.0, 100.0, size_px / 100.0, (58, 72, 74))
@@ -195,4 +157,24 @@ def concrete(size_px: int = 256) -> np.ndarray:
     c.grain(4.0, seed=31)
     for x, y, width, height in ((0, 0, 1000, 8), (0, 0, 8, 1000)):
         c.rectangle(x, y, width, height, (118, 119, 122))
+    return c.to_uint8()
+
+
+@cache
+def busy_print(size_px: int = 256) -> np.ndarray:
+    """One period of a print of labels, discs and bars in the colours of the objects, 400 mm."""
+    c = Canvas(400.0, 400.0, size_px / 400.0, (86, 98, 100))
+    rng = np.random.default_rng(41)
+    colours = (PAPER, RED, AMBER, TEAL, NAVY, INK, KRAFT)
+    for place in range(36):  # a tile of a square grid each, so that the print is even
+        x, y = 66.6 * (place % 6), 66.6 * (place // 6)
+        first, second = rng.choice(len(colours), 2, replace=False)
+        left, top = rng.uniform(2.0, 14.0, 2)
+        width, height = rng.uniform(24.0, 48.0, 2)
+        if place % 3 == 0:
+            c.disc(x + 33.0, y + 33.0, 0.5 * width, colours[first])
+            c.disc(x + 33.0, y + 33.0, 0.25 * width, colours[second])
+        else:
+            c.rectangle(x + left, y + top, width, height, colours[first])
+            c.bars(x + left + 3.0, y + top + 4.0, width - 6.0, 0.5 * height, seed=place)
     return c.to_uint8()

@@ -19,9 +19,10 @@ from tracker.checks import require_count, require_positive, require_share
 from tracker.gauss_newton import climb
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
-from tracker.template import Template
+from tracker.template import Template, square_cells
 
-_COARSE_GRID = (8, 20)
+_COARSE_COUNT = 160
+"""Samples of the coarse level."""
 _COARSE_BLUR = 0.03
 """Extra blur of the coarse level, template and image alike [template units]: a wider basin."""
 _FLAT_DEVIATION = 1.0
@@ -101,7 +102,8 @@ class TemplateDetector:
         self._config = config
         self._unit_px = unit_px
         blurred = _blurred(template)
-        coarse = Template.of_picture(blurred, template.size, _COARSE_GRID)
+        grid = square_cells(template.size, _COARSE_COUNT)
+        coarse = Template.of_picture(blurred, template.size, grid, template.mask)
         coarse_px = math.hypot(coarse.smoothing_px(unit_px), _COARSE_BLUR * unit_px)
         self._levels = (
             _Level(PatchMatcher(coarse), coarse_px),
@@ -258,7 +260,7 @@ def _rotated(
     M = X[:2] @ np.vstack([to_template, [0, 0, 1]])
     size = (side * fine, side * fine)
     picture = cv2.warpAffine(template.picture.astype(np.float32), M, size, flags=cv2.INTER_AREA)
-    cover = cv2.warpAffine(np.ones((height, width), np.float32), M, size)
+    cover = cv2.warpAffine(template.mask.astype(np.float32), M, size)
     picture = cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA)
     cover = cv2.resize(cover, (side, side), interpolation=cv2.INTER_AREA)
     mask = (cover > 0.9).astype(np.float32)

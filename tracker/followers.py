@@ -18,11 +18,16 @@ from tracker.base import Status, WarpEstimate
 from tracker.box_finder import HoldingTracker
 from tracker.box_tracker import box_of_warp, warp_of_box
 from tracker.detection import Detection
+from tracker.image import Window
 from tracker.outside import get_box_finder
 from tracker.rectify import OverheadImage
 from tracker.registry import TrackerConfig
 from tracker.template import Template
 from tracker.template_tracker import StatusConfig, TemplateTracker
+
+_RESERVE, _RESERVE_PER_S = 0.5, 5.0
+"""Width of the strip around the predicted target that is looked at, in template units, at once
+and by the time since the last image: a target may have been stopped or pushed meanwhile."""
 
 _SIGHTED_STD = 0.02
 """Deviation of a warp that comes without a covariance, along each axis of the algebra."""
@@ -43,6 +48,10 @@ class Follower(Protocol):
         """Takes the target where it was sighted in `image`, having been sighted `before`."""
         ...
 
+    def region(self, time_s: float) -> Window | None:
+        """Rows and columns of the overhead image that the next `update` looks at; None for all."""
+        ...
+
     def update(self, image: OverheadImage, time_s: float) -> WarpEstimate:
         """The target in the next image."""
         ...
@@ -57,21 +66,36 @@ def make_follower(
     if config.baseline:
         tracker = get_box_finder(config.baseline).make(rng)
         return BoxFollower(tracker, template, config.status)
-    return FilterFollower(
-        TemplateTracker(template, config.filter, config.likelihood, config.status, rng, unit_px)
+    tracker = TemplateTracker(
+        template, config.filter, config.likelihood, config.status, rng, unit_px
     )
+    return FilterFollower(tracker, unit_px)
 
 
 class FilterFollower:
     """A particle filter on warps, which two sightings give a velocity."""
 
-    def __init__(self, tracker: TemplateTracker) -> None:
+    def __init__(self, tracker: TemplateTracker, unit_px: float) -> None:
         self._tracker = tracker
+        self._unit_px = unit_px
+        self._shape_px = (0, 0)
 
     def start(self, image: OverheadImage, now: Sighting, before: Sighting) -> None:
         """See `Follower`."""
-        del image
+        self._shape_px = image.grey.shape
         self._tracker.start(now.found.warp, now.time_s, before.found.warp, before.time_s)
+
+    def region(self, time_s: float) -> Window | None:
+        """Where a particle may come to lie, and a reserve for what prediction does not know."""
+        points = self._tracker.predicted_corners(time_s)
+        if not np.isfinite(points).all():
+            return None
+        reserve_px = self._unit_px * (_RESERVE + _RESERVE_PER_S * self._tracker.age_s(time_s))
+        low = np.floor(points.min(axis=0) - reserve_px)
+        high = np.ceil(points.max(axis=0) + reserve_px) + 1.0
+        rows, columns = self._shape_px
+        (left, top), (right, bottom) = np.clip([low, high], 0, [columns, rows]).astype(int)
+        return slice(top, bottom), slice(left, right)
 
     def update(self, image: OverheadImage, time_s: float) -> WarpEstimate:
         """See `Follower`."""
@@ -85,6 +109,11 @@ class StaticFollower:
         """See `Follower`."""
         del image, before
         self._held = sighted(now.found)
+
+    def region(self, time_s: float) -> Window | None:
+        """See `Follower`."""
+        del time_s
+        return None
 
     def update(self, image: OverheadImage, time_s: float) -> WarpEstimate:
         """See `Follower`."""
@@ -116,6 +145,11 @@ class BoxFollower:
         self._start_warp = warp_of_box(self._tracker.box)
         self._target_in_box = aff2.inverse(self._start_warp) @ now.found.warp
         self._found_s, self._misses = now.time_s, 0
+
+    def region(self, time_s: float) -> Window | None:
+        """All: a tracker of boxes looks where it likes."""
+        del time_s
+        return None
 
     def update(self, image: OverheadImage, time_s: float) -> WarpEstimate:
         """See `Follower`."""

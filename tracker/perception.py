@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TypeGuard, cast
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from tracker.backproject import Backprojector, TargetPose
 from tracker.base import Status, WarpEstimate
 from tracker.detection import TemplateDetector
 from tracker.followers import Sighting, make_follower, sighted
+from tracker.image import CameraImage
 from tracker.rectify import OverheadImage, OverheadView
 from tracker.registry import TrackerConfig
 from tracker.template import Template
@@ -79,29 +79,25 @@ class TargetTracker:
         """State after the last image."""
         return self._status
 
-    def update(
-        self, rgb: np.ndarray, depth_m: np.ndarray | None, time_s: float
-    ) -> TargetObservation:
+    def update(self, image: CameraImage) -> TargetObservation:
         """Processes one image; bad input makes the status uncertain or lost, never raises.
 
-        Args:
-            rgb: (h, w, 3) uint8 image.
-            depth_m: (h, w) distance along the optical axis, or None.
-            time_s: when the image was exposed; must grow from call to call.
+        The time of exposure must grow from call to call.
         """
+        time_s = image.time_s
         if not (math.isfinite(time_s) and time_s > self._time_s):
             return self._no_news()
         self._time_s = time_s
-        image = self._rectify(rgb, depth_m)
         if self._status in (Status.SEARCHING, Status.LOST):
-            return self._search(image, time_s)
-        estimate = self._follower.update(image, time_s)
+            return self._search(self._view.rectify(image), time_s)
+        overhead = self._view.rectify(image, self._follower.region(time_s))
+        estimate = self._follower.update(overhead, time_s)
         if self._has_left(estimate.warp):
             estimate = replace(estimate, status=Status.LOST)
         self._status = estimate.status
         if estimate.status is Status.LOST:
             self._sighting = None
-        return self._report(estimate, image, time_s)
+        return self._report(estimate, overhead, time_s)
 
     def _search(self, image: OverheadImage, time_s: float) -> TargetObservation:
         """Looks for the target; follows it from the second of two consistent sightings."""
@@ -143,14 +139,6 @@ class TargetTracker:
             particles_px=self._view.camera_of_pixel(centres),
         )
 
-    def _rectify(self, rgb: object, depth_m: object) -> OverheadImage:
-        """Overhead image; all hidden and black where the camera gave nothing usable."""
-        shape = self._view.image_shape_px
-        if not (_is_array(rgb, shape, (*shape, 3)) and rgb.dtype == np.uint8):
-            black = np.zeros(self._view.shape_px, np.uint8)
-            return OverheadImage(black, black, np.full(black.shape, np.nan, np.float32))
-        return self._view.rectify(rgb, depth_m if _is_array(depth_m, shape) else None)
-
     def _has_left(self, warp: np.ndarray) -> bool:
         rows, columns = self._view.shape_px
         column, row = warp[:2, 2]
@@ -161,8 +149,3 @@ class TargetTracker:
         if self._status is Status.TRACKING:
             return TargetObservation(None, None, Status.UNCERTAIN)
         return TargetObservation(None, None, self._status)
-
-
-def _is_array(value: object, *shapes: tuple[int, ...]) -> TypeGuard[np.ndarray]:
-    """Whether the value is an array of one of the shapes."""
-    return isinstance(value, np.ndarray) and cast(np.ndarray, value).shape in shapes

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 
 from tracker.checks import require_positive
+from tracker.image import CameraImage, Window
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,24 +95,68 @@ class OverheadView:
         )
         return self.K @ np.linalg.inv(self.T_world_camera)[:3] @ world
 
-    def rectify(self, rgb: np.ndarray, depth_m: np.ndarray | None) -> OverheadImage:
-        """Resamples an RGB (h, w, 3) or grey (h, w) uint8 image and its depth (h, w) [m].
+    def rectify(self, image: CameraImage, region: Window | None = None) -> OverheadImage:
+        """Resamples an image; an image of another shape than the camera's is all hidden.
 
-        Depth runs along the optical axis; 0 or NaN is no return and hides nothing.
+        Args:
+            image: Depth of 0 or NaN is no return and hides nothing.
+            region: Rows and columns of the overhead image that are wanted; the rest is black and
+                hidden. All if None. The image is asked only for what they need.
         """
-        grey = rgb if rgb.ndim == 2 else cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
-        grey = cv2.remap(grey, *self._maps, cv2.INTER_LINEAR)
+        overhead = OverheadImage(
+            grey=np.zeros(self.shape_px, np.uint8),
+            visibility=np.zeros(self.shape_px, np.uint8),
+            height_m=np.full(self.shape_px, np.nan, np.float32),
+        )
+        region = region or (slice(0, self.shape_px[0]), slice(0, self.shape_px[1]))
+        window = self.window_of(region)
+        if tuple(image.shape_px) == tuple(self.image_shape_px) and _area(window):
+            rgb, depth_m = image.crop(window)
+            self._resample(overhead, rgb, depth_m, region, window)
+        return overhead
+
+    def window_of(self, region: Window) -> Window:
+        """Rows and columns of the camera image that the region of the overhead image needs."""
+        rows, columns = region
+        ends = np.array(
+            [[c, r] for r in (rows.start, rows.stop) for c in (columns.start, columns.stop)]
+        )
+        q = self.camera_of_pixel(ends)  # a convex region stays convex
+        low = np.floor(q.min(axis=0)).astype(int) - _MARGIN_PX
+        high = np.ceil(q.max(axis=0)).astype(int) + _MARGIN_PX + 1
+        height, width = self.image_shape_px
+        (left, top), (right, bottom) = (np.clip(end, 0, [width, height]) for end in (low, high))
+        return slice(int(top), int(bottom)), slice(int(left), int(right))
+
+    def _resample(
+        self,
+        overhead: OverheadImage,
+        rgb: np.ndarray,
+        depth_m: np.ndarray | None,
+        region: Window,
+        window: Window,
+    ) -> None:
+        """Fills the region of `overhead` from the window of the camera image."""
+        origin = np.array([window[1].start, window[0].start], np.int16)
+        (places, fractions), nearest = self._maps, self._nearest_places
+        grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+        overhead.grey[region] = cv2.remap(
+            grey, places[region] - origin, fractions[region], cv2.INTER_LINEAR
+        )
+        overhead.visibility[region] = self._inside[region]
         if depth_m is None:
-            height = np.full(self.shape_px, np.nan, np.float32)
-            return OverheadImage(grey, self._inside, height)
-        depth = cv2.remap(np.asarray(depth_m, np.float32), *self._nearest_maps, cv2.INTER_NEAREST)
+            return
+        depth = cv2.remap(
+            np.asarray(depth_m, np.float32), nearest[region] - origin, _NONE, cv2.INTER_NEAREST
+        )
         with np.errstate(invalid="ignore"):
-            height = self._drop_per_depth * depth
+            is_known = depth > 0
+            height = self._drop_per_depth[region] * depth
             height += np.float32(self.T_world_camera[2, 3] - self.plane_z_m)
-            is_hidden = (height > self.occluder_height_m) & (depth > 0)
-            height[~(depth > 0)] = np.nan
-        hidden = cv2.dilate(is_hidden.astype(np.uint8), _NEIGHBOURHOOD)
-        return OverheadImage(grey, self._inside & (1 - hidden), height)
+            is_hidden = (height > self.occluder_height_m) & is_known
+        height[~is_known] = np.nan
+        overhead.height_m[region] = height
+        overhead.visibility[region] &= 1 - cv2.dilate(is_hidden.astype(np.uint8), _NEIGHBOURHOOD)
 
     def world_of_pixel(self, pixel: np.ndarray) -> np.ndarray:
         """(..., 3) world points [m] on the plane of overhead pixels (..., 2) (column, row)."""
@@ -149,10 +194,10 @@ class OverheadView:
         return cv2.convertMaps(q[..., 0], q[..., 1], cv2.CV_16SC2)
 
     @cached_property
-    def _nearest_maps(self) -> tuple[np.ndarray, np.ndarray]:
+    def _nearest_places(self) -> np.ndarray:
         """Rounded maps: with the fixed-point ones nearest-neighbour sampling would truncate."""
         q = self._camera_coordinates.astype(np.float32)
-        return cv2.convertMaps(q[..., 0], q[..., 1], cv2.CV_16SC2, nninterpolation=True)
+        return cv2.convertMaps(q[..., 0], q[..., 1], cv2.CV_16SC2, nninterpolation=True)[0]
 
     @cached_property
     def _inside(self) -> np.ndarray:
@@ -170,5 +215,16 @@ class OverheadView:
         rays = homogeneous @ np.linalg.inv(self.K).T @ self.T_world_camera[:3, :3].T
         return rays[..., 2].astype(np.float32)
 
+
+def _area(window: Window) -> int:
+    rows, columns = window
+    return max(rows.stop - rows.start, 0) * max(columns.stop - columns.start, 0)
+
+
+_MARGIN_PX = 1
+"""Bilinear sampling reads the neighbours."""
+
+_NONE = np.empty((0, 0), np.uint16)
+"""Fractions of pixels where the nearest one counts."""
 
 _NEIGHBOURHOOD = np.ones((3, 3), np.uint8)

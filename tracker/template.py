@@ -14,6 +14,9 @@ import cv2
 import numpy as np
 
 _PIXELS_PER_CELL = 5
+_SAMPLE_COUNT = 360
+_LEAST_COVER = 0.9
+"""Share of a cell that must show the target for it to be a sample."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,16 +34,18 @@ class Template:
     jacobian: np.ndarray
     """(n, 6) float32, derivative of the template under a right perturbation of its warp."""
     shape: tuple[int, int]
-    """Rows and columns of the sampling grid."""
+    """Rows and columns of the sampling grid, of which cells beside the target are no samples."""
     size: tuple[float, float]
     """Width and height of the target in template units; their product is 1."""
     picture: np.ndarray
     """(rows, columns) uint8 grey reference picture, for detection and drawing."""
+    mask: np.ndarray
+    """(rows, columns) bool, where the picture shows the target."""
     basis: np.ndarray = field(default_factory=lambda: np.empty((0, 0), np.float32))
     """(k, n) float32 orthonormal rows: ways in which the target may look different."""
 
     def __post_init__(self) -> None:
-        for name in ("values", "points", "jacobian", "picture", "basis"):
+        for name in ("values", "points", "jacobian", "picture", "mask", "basis"):
             getattr(self, name).setflags(write=False)
 
     @classmethod
@@ -48,21 +53,26 @@ class Template:
         cls,
         picture: np.ndarray,
         size: tuple[float, float],
-        grid: tuple[int, int] = (12, 30),
+        grid: tuple[int, int] | None = None,
+        mask: np.ndarray | None = None,
     ) -> Template:
-        """Template of a whole `picture` (h, w) or RGB (h, w, 3), uint8.
+        """Template of a `picture` (h, w) or RGB (h, w, 3), uint8.
 
         Args:
-            picture: the target alone, filling the picture, seen square-on.
-            size: width and height of the target in any unit (metres, pixels).
-            grid: rows and columns of the samples.
+            picture: the target seen square-on, its bounding rectangle filling the picture.
+            size: width and height of that rectangle in any unit (metres, pixels).
+            grid: rows and columns of the samples; None for 360 square cells.
+            mask: (h, w) bool, where the picture shows the target; None where it does all over.
         """
         grey = _grey(picture)
-        rows, columns = grid
+        mask = np.ones(grey.shape, bool) if mask is None else np.array(mask, bool)
+        if mask.shape != grey.shape:
+            raise ValueError(f"mask must be {grey.shape} as the picture is, got {mask.shape}")
+        rows, columns = grid or square_cells(size, _SAMPLE_COUNT)
         if min(rows, columns) < 4:
             raise ValueError(f"grid must have at least 4 rows and 4 columns, got {grid}")
-        values, Tu, Tv = _smooth_samples(grey, grid)
-        return cls._build(values, Tu, Tv, size, grey)
+        cells = _smooth_samples(grey, (rows, columns))
+        return cls._build(cells, size, grey, mask)
 
     @classmethod
     def of_samples(
@@ -75,46 +85,48 @@ class Template:
         values = np.asarray(values, float)
         Tv, Tu = np.gradient(values)
         spread = np.ptp(values) or 1.0
-        picture = np.rint(255 * (values - values.min()) / spread)
-        return cls._build(values, Tu, Tv, size, picture.astype(np.uint8), texture_std)
+        picture = np.rint(255 * (values - values.min()) / spread).astype(np.uint8)
+        mask = np.ones(picture.shape, bool)
+        return cls._build((values, Tu, Tv), size, picture, mask, texture_std)
 
     def blended(self, patch: np.ndarray, share: float) -> Template:
-        """The template with a share of a normalised patch (n,) in its values."""
+        """The template, one without a mask, with a share of a normalised patch in its values."""
         values = (1.0 - share) * self.values + share * patch
         return Template.of_samples(values.reshape(self.shape), self.size, texture_std=0.0)
 
     @classmethod
     def _build(
         cls,
-        values: np.ndarray,
-        Tu: np.ndarray,
-        Tv: np.ndarray,
+        cells: tuple[np.ndarray, np.ndarray, np.ndarray],
         size: tuple[float, float],
         picture: np.ndarray,
+        mask: np.ndarray,
         texture_std: float = 1.0,
     ) -> Template:
-        """Normalises values and their derivatives per cell (rows, columns)."""
+        """Normalises values and their derivatives per cell, each (rows, columns)."""
+        _require_size(size)
         width, height = size
-        if not (math.isfinite(width) and math.isfinite(height) and min(width, height) > 0):
-            raise ValueError(f"size must be two positive numbers (width, height), got {size}")
-        rows, columns = (int(n) for n in values.shape)
+        rows, columns = (int(n) for n in cells[0].shape)
+        is_sample = _cover(mask, (rows, columns)) >= _LEAST_COVER
+        values, Tu, Tv = (cell[is_sample] for cell in cells)
         unit = math.sqrt(width * height)
         w, h = width / unit, height / unit
         u: np.ndarray = ((np.arange(columns) + 0.5) / columns - 0.5) * w
         v: np.ndarray = ((np.arange(rows) + 0.5) / rows - 0.5) * h
-        deviation = values.std()
+        deviation = values.std() if values.size else 0.0
         if deviation <= 1e-6 or deviation < texture_std:
             raise ValueError("picture must have texture: its grey values are all but equal")
         values = (values - values.mean()) / deviation
-        uu, vv = np.meshgrid(u, v)
+        uu, vv = (axis[is_sample] for axis in np.meshgrid(u, v))
         J = _jacobian(Tu * columns / (w * deviation), Tv * rows / (h * deviation), uu, vv)
         return cls(
-            values=values.ravel().astype(np.float32),
-            points=np.stack([uu.ravel(), vv.ravel(), np.ones(uu.size)]),
+            values=values.astype(np.float32),
+            points=np.stack([uu, vv, np.ones(uu.size)]),
             jacobian=J.astype(np.float32),
             shape=(rows, columns),
             size=(w, h),
             picture=picture,
+            mask=mask,
         )
 
     def smoothing_px(self, unit_px: float) -> float:
@@ -130,6 +142,26 @@ class Template:
         """(3, 4) homogeneous corners: top left, top right, bottom right, bottom left."""
         w, h = self.size
         return np.array([[-w, w, w, -w], [-h, -h, h, h], [2, 2, 2, 2]]) / 2
+
+
+def square_cells(size: tuple[float, float], count: int) -> tuple[int, int]:
+    """Rows and columns of about `count` square cells over a target of a width and a height."""
+    _require_size(size)
+    width, height = size
+    rows = max(round(math.sqrt(count * height / width)), 4)
+    return rows, max(round(count / rows), 4)
+
+
+def _require_size(size: tuple[float, float]) -> None:
+    if not (len(size) == 2 and all(math.isfinite(side) and side > 0 for side in size)):
+        raise ValueError(f"size must be two positive numbers (width, height), got {size}")
+
+
+def _cover(mask: np.ndarray, grid: tuple[int, int]) -> np.ndarray:
+    """(rows, columns) share of each cell that shows the target."""
+    fine = tuple(_PIXELS_PER_CELL * n for n in grid[::-1])
+    cover = cv2.resize(mask.astype(np.float32), fine, interpolation=cv2.INTER_LINEAR)
+    return cv2.resize(cover, grid[::-1], interpolation=cv2.INTER_AREA)
 
 
 def _smooth_samples(
@@ -153,7 +185,7 @@ def _smooth_samples(
 
 
 def _jacobian(Tu: np.ndarray, Tv: np.ndarray, uu: np.ndarray, vv: np.ndarray) -> np.ndarray:
-    """(n, 6) columns `grad T . (E_i p)`. [IGPF2021] Eq (5), [Kwon2014]."""
+    """(n, 6) columns `grad T . (E_i p)` of (n,) samples. [IGPF2021] Eq (5), [Kwon2014]."""
     columns = [
         uu * Tu + vv * Tv,
         uu * Tu - vv * Tv,
@@ -162,7 +194,7 @@ def _jacobian(Tu: np.ndarray, Tv: np.ndarray, uu: np.ndarray, vv: np.ndarray) ->
         Tu,
         Tv,
     ]
-    return np.stack([c.ravel() for c in columns], axis=1)
+    return np.stack(columns, axis=1)
 
 
 def _grey(picture: np.ndarray) -> np.ndarray:

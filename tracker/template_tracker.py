@@ -81,11 +81,20 @@ class TemplateTracker:
         self._unsupported_s = 0.0
         self._misses = 0
 
+    def age_s(self, time_s: float) -> float:
+        """Time from the last image to `time_s`."""
+        return max(time_s - self._time_s, _MIN_STEP_S)
+
+    def predicted_corners(self, time_s: float) -> np.ndarray:
+        """(4 n, 2) corners of the template under the particles moved on to `time_s` [px]."""
+        predicted = self._filter.predict(self.age_s(time_s))
+        return (predicted[:, :2] @ self._matcher.template.corners).transpose(0, 2, 1).reshape(-1, 2)
+
     def update(
         self, image: np.ndarray, time_s: float, visibility: np.ndarray | None = None
     ) -> WarpEstimate:
         """Estimates the warp in `image` (h, w); an unusable image only moves the particles."""
-        step_s = max(time_s - self._time_s, _MIN_STEP_S)
+        step_s = self.age_s(time_s)
         self._time_s = time_s
         if not _is_usable(image):
             return self._unseen(self._filter.coast(step_s), step_s)

@@ -11,7 +11,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.figures import figure_style, save_figure, tracker_style
+from experiments.figure_style import figure_style, save_figure, tracker_style
 from experiments.otb.results import OtbResults
 from experiments.otb.scores import (
     ERROR_THRESHOLDS_PX,

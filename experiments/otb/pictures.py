@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from experiments.figures import figure_style, save_figure, tracker_style
+from experiments.figure_style import figure_style, save_figure, tracker_style
 from experiments.otb.results import OtbResults, read_box_file
 from experiments.otb.sequences import VideoSequence, find_sequences, load_sequence
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from experiments.otb.results import OtbResults, read_results
 from experiments.otb.tables import affine_table, attribute_table, score_table, sequence_table
 from experiments.report import Report
-from experiments.tables import Table
+from experiments.typesetting import Table
 
 
 def write_report(folder: Path, root: Path | None = None, pictures: bool = False) -> Report:

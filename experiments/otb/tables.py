@@ -16,7 +16,7 @@ from experiments.otb.scores import Curves, mean_curves
 from experiments.otb.tb50 import ATTRIBUTES
 from experiments.seeding import Stream, generator
 from experiments.statistics import bootstrap_gain
-from experiments.tables import Column, Table, TableRow, show_number
+from experiments.typesetting import Column, Table, TableRow, show_number
 
 REFERENCE_TRACKER = "gpf"
 """The tracker over which [IGPF2021] tells its improvement."""

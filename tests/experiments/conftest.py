@@ -35,8 +35,8 @@ def finished(tmp_path_factory):
 
 @pytest.fixture
 def unbroken(finished):
-    """Bytes of trials.csv from an unbroken sweep by one worker."""
-    return (finished / "trials.csv").read_bytes()
+    """Bytes of the rows and curves of an unbroken sweep by one worker."""
+    return toy_sweep.left_by(finished)
 
 
 @pytest.fixture
@@ -47,9 +47,9 @@ def copy(finished, tmp_path):
 
 @pytest.fixture(scope="session")
 def long_unbroken(tmp_path_factory):
-    """Bytes of trials.csv from an unbroken long sweep by one worker."""
+    """Bytes of the rows and curves of an unbroken long sweep by one worker."""
     folder = _sweep(toy_sweep.LONG_PRESET, tmp_path_factory.mktemp("finished") / "long")
-    return (folder / "trials.csv").read_bytes()
+    return toy_sweep.left_by(folder)
 
 
 def _sweep(preset, folder):

@@ -167,7 +167,7 @@ def test_sweep_and_report_end_to_end(capsys, toy_trial, tmp_path, monkeypatch):
     assert cli.run(["sweep", "mini", "--workers", "1"]) == 0
     assert "of 4 grasps succeeded: out/mini/trials.csv" in capsys.readouterr().out
     assert cli.run(["report", "out/mini"]) == 0
-    assert "written: out/mini/figures/success_vs_speed.png" in capsys.readouterr().out
+    assert "written: out/mini/figures/outcomes.png" in capsys.readouterr().out
     monkeypatch.setenv("TOY_CRASH_SEEDS", "1")
     assert cli.run(["sweep", "mini", "--out", "crashed", "--workers", "1"]) == 1
     assert "2 trials crashed; tracebacks: crashed/errors" in capsys.readouterr().err

@@ -61,13 +61,33 @@ def test_equals_are_not_decided_by_more_worlds(folder):
     assert "as often better as worse" in answer
 
 
+def test_folders_that_differ_in_the_world_have_no_pairs(folder):
+    mine = folder("mine", expand(TrialConfig(camera_rate_hz=60.0)), lambda c: True)
+    other = folder("other", expand(TrialConfig(gripper_delay_s=0.1)), lambda c: True)
+    with pytest.raises(ValueError, match="shared of camera_rate_hz, gripper_delay_s"):
+        compare(Contestant.parse(str(mine)), Contestant.parse(str(other)))
+
+
+def test_particles_are_the_tracker_s_own_but_several_counts_are_kept_apart(folder):
+    few = folder("few", expand(TrialConfig(particle_count=50)), lambda c: c.seed < 5)
+    many = folder("many", expand(particle_count=[150, 300]), lambda c: c.particle_count == 300)
+    both = folder("both", expand(particle_count=[50, 300]), lambda c: True)
+    other = folder("other", expand(TrialConfig(particle_count=40)), lambda c: True)
+    one = compare(Contestant.parse(str(few)), Contestant.parse(str(other)))
+    assert list(one.values()) == [Comparison(5, 0, 15, 0)]
+    like = compare(Contestant.parse(str(many)), Contestant.parse(str(both)))
+    assert [(setting[0], pairs.n) for setting, pairs in like.items()] == [(300, 20)]
+    with pytest.raises(ValueError, match="shared of particle_count"):
+        compare(Contestant.parse(str(many)), Contestant.parse(str(few)))
+
+
 def test_each_setting_has_a_line_named_by_what_varies(folder):
     cells = expand(TrialConfig(condition="dark-3"), tracker=["igpf", "pf"], speed_mps=[0.1, 0.5])
     both = folder("both", cells, lambda c: True)
     lines = verdict_lines(Contestant.parse(f"{both}:igpf"), Contestant.parse(f"{both}:pf"))
     assert [line.split(":")[0].strip() for line in lines[1:]] == [
-        "0.1 m/s",
-        "0.5 m/s",
+        "0.10 m/s",
+        "0.50 m/s",
         "all together",
     ]
 
@@ -79,7 +99,7 @@ def test_what_cannot_be_compared_is_told(folder):
         Contestant.parse(str(mine))
     with pytest.raises(ValueError, match="must be one of igpf, pf; got 'gpf'"):
         Contestant.parse(f"{mine}:gpf")
-    with pytest.raises(ValueError, match="no world in common"):
+    with pytest.raises(ValueError, match=r"no world in common; no value is shared of speed_mps$"):
         compare(Contestant.parse(f"{mine}:pf"), Contestant.parse(str(other)))
     with pytest.raises(ValueError, match=r"nowhere.trials\.csv is missing"):
         Contestant.parse("nowhere")

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 import toy_sweep
-from toy_sweep import PRESET
+from toy_sweep import PRESET, left_by
 
 from experiments import records
 from experiments.config import TrialConfig, TrialResult
@@ -31,7 +31,7 @@ def test_a_finished_sweep_gets_the_videos_that_are_asked_for(copy, unbroken, cho
     assert done.lost_video_count == 0
     videos = {path.read_text() for path in (copy / "videos").iterdir()}
     assert videos == {f"video of {row.trial_id}" for row in wanted}
-    assert (copy / "trials.csv").read_bytes() == unbroken
+    assert left_by(copy) == unbroken
 
 
 def test_without_being_asked_there_are_none(copy):
@@ -77,9 +77,9 @@ def test_an_attempt_that_ends_otherwise_is_no_video_of_its_row(tmp_path, monkeyp
 
 
 def test_the_name_says_what_is_to_be_seen():
-    config = TrialConfig(tracker="my.mod:Tracker", speed_mps=0.5, condition="dark-3+blur-1", seed=7)
+    config = TrialConfig(tracker="my.mod:Tracker", speed_mps=0.5, condition="blur-1+dark-3", seed=7)
     assert Scene(config, "missed").file_name == (
-        f"FAIL_missed_my.mod.Tracker_0.50mps_dark-3+blur-1_seed7_{config.trial_id}.mp4"
+        f"FAIL_missed_my.mod.Tracker_0.50mps_blur-1+dark-3_seed7_{config.trial_id}.mp4"
     )
     assert Scene(config, "success").file_name.startswith("PASS_success_my.mod")
 

@@ -1,13 +1,15 @@
 import json
 import shutil
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import pytest
 import toy_sweep
-from toy_sweep import PRESET
+from toy_sweep import PRESET, left_by
 
 from experiments import manifest, records
-from experiments.config import TrialTimings
+from experiments.config import TrialResult, TrialTimings
+from experiments.curves import CURVE_HEADER
+from experiments.members import append_member, keep_members
 from experiments.merge import merge
 from experiments.processes import LocalWorkers
 from experiments.results_folder import read_lines
@@ -38,14 +40,14 @@ def shards(finished_shards, tmp_path):
 
 def leave(folder, count):
     """Takes all rows but the first away, as if the shard had not got any further."""
-    for name in ("trials.csv", "timings.csv"):
-        lines = (folder / name).read_text().splitlines(keepends=True)
-        (folder / name).write_text("".join(lines[: count + 1]))
+    for name, row_type in (("trials.csv", TrialResult), ("timings.csv", TrialTimings)):
+        records.keep_lines(folder / name, records.header_line(row_type), count)
+    keep_members(folder / "curves.csv.gz", CURVE_HEADER, count)
 
 
 def test_shards_together_are_the_bytes_of_the_whole_sweep(shards, unbroken, tmp_path):
     merged = merge(list(reversed(shards)), tmp_path / "all")
-    assert (tmp_path / "all" / "trials.csv").read_bytes() == unbroken
+    assert left_by(tmp_path / "all") == unbroken
     assert (merged.trial_count, merged.missing) == (16, ())
     timings = records.read_rows(tmp_path / "all" / "timings.csv", TrialTimings)
     assert [row.trial_id for row in timings] == [trial.trial_id for trial in PRESET.trials]
@@ -62,7 +64,7 @@ def test_a_merged_sweep_is_one_that_nothing_is_missing_of(shards, unbroken, tmp_
     merge(shards, tmp_path / "all")
     monkeypatch.setenv("TOY_CRASH_SEEDS", "0,1,2,3")
     assert run_sweep(PRESET, tmp_path / "all", LocalWorkers(1), run_trial=toy_sweep.TOY)
-    assert (tmp_path / "all" / "trials.csv").read_bytes() == unbroken
+    assert left_by(tmp_path / "all") == unbroken
 
 
 def test_what_is_missing_is_told_and_can_be_run(shards, unbroken, tmp_path):
@@ -75,7 +77,7 @@ def test_what_is_missing_is_told_and_can_be_run(shards, unbroken, tmp_path):
     assert third.startswith("shard 3/3 lacks 1 of 5 trials: igpf at 0.1 m/s, normal, seed 3")
     assert "finished_utc" not in manifest.read_manifest(tmp_path / "all")
     run_sweep(PRESET, tmp_path / "all", LocalWorkers(2), run_trial=toy_sweep.TOY)
-    assert (tmp_path / "all" / "trials.csv").read_bytes() == unbroken
+    assert left_by(tmp_path / "all") == unbroken
 
 
 def test_what_comes_later_is_merged_into_what_is_there(shards, unbroken, tmp_path):
@@ -84,7 +86,7 @@ def test_what_comes_later_is_merged_into_what_is_there(shards, unbroken, tmp_pat
     merge(shards[:2], tmp_path / "all")
     merged = merge([late, shards[2]], tmp_path / "all")
     assert not merged.missing
-    assert (tmp_path / "all" / "trials.csv").read_bytes() == unbroken
+    assert left_by(tmp_path / "all") == unbroken
     assert len(manifest.read_manifest(tmp_path / "all")["sessions"]) == SHARD_COUNT
     assert manifest.read_manifest(tmp_path / "all")["shards"] == {"1/3": 6, "2/3": 5, "3/3": 5}
 
@@ -92,7 +94,7 @@ def test_what_comes_later_is_merged_into_what_is_there(shards, unbroken, tmp_pat
 def test_rows_that_wait_for_their_turn_are_merged_too(shards, tmp_path):
     *_, (trial_id, lines) = read_lines(shards[0]).items()
     leave(shards[0], 3)
-    entry = {"index": 5, "trial": lines[0], "timings": lines[1]}
+    entry = {"index": 5, **asdict(lines)}
     (shards[0] / "pending.jsonl").write_text(json.dumps(entry) + "\n")
     merged = merge(shards, tmp_path / "all")
     assert merged.missing[0].startswith("shard 1/3 lacks 2 of 6 trials")
@@ -113,9 +115,27 @@ def test_a_row_that_two_shards_tell_differently_is_refused(shards, tmp_path):
     other = shutil.copytree(shards[0], tmp_path / "other")
     text = (other / "trials.csv").read_text()
     (other / "trials.csv").write_text(text.replace(",abc,", ",abd,", 1))
-    with pytest.raises(ValueError, match=r"trial \w+ \(.* seed 0\) has one row in .* and another"):
+    with pytest.raises(ValueError, match=r"trial \w+ \(.* seed 0\) has one row or curve in .* and"):
         merge([*shards, other], tmp_path / "all")
     assert not (tmp_path / "all" / "trials.csv").exists()
+
+
+def test_a_curve_that_two_shards_tell_differently_is_refused(shards, tmp_path):
+    other = shutil.copytree(shards[0], tmp_path / "other")
+    leave(other, 0)
+    trial_id, lines = next(iter(read_lines(shards[0]).items()))
+    records.append_line(other / "trials.csv", lines.trial)
+    records.append_line(other / "timings.csv", lines.timings)
+    append_member(other / "curves.csv.gz", f"{trial_id},0.0000,,1.00000\n")
+    with pytest.raises(ValueError, match=rf"trial {trial_id} .* has one row or curve in"):
+        merge([*shards, other], tmp_path / "all")
+
+
+@pytest.mark.parametrize("name", ["timings.csv", "curves.csv.gz"])
+def test_a_shard_that_lacks_a_file_is_refused(shards, tmp_path, name):
+    (shards[1] / name).unlink()
+    with pytest.raises(ValueError, match=rf"2/{name} is not that of trials\.csv"):
+        merge(shards, tmp_path / "all")
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ def control(times: Iterable[float], phase: Phase, *, error: float | None = 0.5) 
             true_yaw_rad=1.0,
             tcp_position_m=np.zeros(3),
             servo_error=error,
+            true_error=0.4,
             is_feasible=True,
         )
         for t in times
@@ -75,12 +76,12 @@ def test_errors_are_those_of_the_poses_before_sync():
 
 
 def test_times_count_from_full_view():
-    record = PhysicalRecord(close_command_s=1.5, lifted_off_s=2.1, lift_off_y_m=0.42, held_s=1.0)
+    record = PhysicalRecord(close_command_s=1.5, lifted_off_s=2.1, held_s=1.0)
     measured = score(TrialConfig(), trace(FULL, 3.2, SEEN), record, 0.1)
     assert measured["time_to_track_s"] == pytest.approx(0.1, abs=1e-6)
     assert measured["time_to_sync_s"] == pytest.approx(0.9, abs=DT)
     assert measured["time_to_grasp_s"] == pytest.approx(2.0)
-    assert measured["belt_used_m"] == pytest.approx(0.42 - 0.1 * SPEED_MPS)
+    assert measured["belt_used_m"] == pytest.approx(2.0 * SPEED_MPS)
 
 
 def test_what_never_happened_is_empty():

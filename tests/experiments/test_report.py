@@ -1,50 +1,92 @@
-import shutil
+"""A report from a folder's files alone: every table and figure, again the same, or why not."""
+
+import dataclasses
+import gzip
 
 import pytest
 
-from experiments import figures, records
-from experiments.config import TrialConfig
+from experiments import records
+from experiments.config import TrialConfig, TrialTimings
+from experiments.curves import CURVE_HEADER
+from experiments.members import append_member
 from experiments.presets import Preset, expand
 from experiments.report import write_report
 
-
-@pytest.fixture
-def folder(tmp_path, make_row):
-    cells = expand(tracker=["igpf", "pf", "mine"], camera=["far-side", "overhead"])
-    for config in Preset("p", "", cells, tuple(range(3))).trials:
-        records.append_row(tmp_path / "trials.csv", make_row(config))
-    return tmp_path
+TABLES = ("success", "tracking", "outcomes", "costs", "half_speed", "paired", "verdicts")
+FIGURES = ("success_vs_speed", "success_matrix", "outcomes")
+CURVES = ("error_curves", "error_bars")
 
 
-def test_a_report_writes_every_table_and_figure(folder):
-    report = write_report(folder)
+@pytest.fixture(scope="module")
+def write_folder():
+    """Writes what a sweep leaves."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(__file__.rpartition("/")[0])
+        import toy_trial
+
+    def write(folder):
+        cells = expand(tracker=["igpf", "pf"], speed_mps=[0.1, 0.2, 0.3])
+        cells += expand(camera=["overhead"], speed_mps=[0.1])
+        append_member(folder / "curves.csv.gz", CURVE_HEADER)
+        for config in Preset("p", "", cells, (0, 1)).trials:
+            row, timings, curve = toy_trial.run_trial(config, preset="p")
+            timings = dataclasses.replace(timings, wall_s=1.0)
+            append_member(folder / "curves.csv.gz", curve)
+            records.append_row(folder / "timings.csv", timings)
+            records.append_row(folder / "trials.csv", row)
+        return folder
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def reported(write_folder, tmp_path_factory):
+    """A folder, and the report on it."""
+    folder = write_folder(tmp_path_factory.mktemp("reported"))
+    return folder, write_report(folder)
+
+
+def test_a_report_writes_every_table_and_figure_in_every_format(reported):
+    folder, report = reported
     names = {str(path.relative_to(folder)) for path in report.paths}
-    assert names == {
-        "tables/success.csv",
-        "tables/success.md",
-        "tables/outcomes.csv",
-        "tables/outcomes.md",
-        "tables/paired.csv",
-        "tables/paired.md",
-        "figures/success_vs_speed.png",
-        "figures/success_vs_speed.pdf",
-        "figures/outcomes.png",
+    assert names == {f"tables/{name}.{end}" for name in TABLES for end in ("csv", "md", "tex")} | {
+        f"figures/{name}.{end}" for name in (*FIGURES, *CURVES) for end in ("png", "pdf")
     }
     assert all(path.stat().st_size > 0 for path in report.paths)
-    assert "overhead" in report.text
+    assert "overhead" in report.text and "missing" not in report.text
 
 
-def test_equal_rows_give_equal_files(folder, tmp_path_factory):
-    other = tmp_path_factory.mktemp("other")
-    shutil.copy(folder / "trials.csv", other)
-    for first, second in zip(write_report(folder).paths, write_report(other).paths, strict=True):
+def test_equal_files_give_equal_reports(reported, write_folder, tmp_path):
+    _, report = reported
+    again = write_report(write_folder(tmp_path))
+    for first, second in zip(report.paths, again.paths, strict=True):
         assert first.read_bytes() == second.read_bytes(), first.name
 
 
-def test_a_running_sweep_can_be_reported(folder):
-    with (folder / "trials.csv").open("a") as file:
+def test_a_missing_file_costs_what_is_made_of_it_and_is_told(write_folder, tmp_path):
+    write_folder(tmp_path)
+    (tmp_path / "timings.csv").unlink()
+    (tmp_path / "curves.csv.gz").unlink()
+    report = write_report(tmp_path)
+    assert f"no table of costs: {tmp_path / 'timings.csv'} is missing" in report.text
+    assert f"no error curves: {tmp_path / 'curves.csv.gz'} is missing" in report.text
+    names = {path.stem for path in report.paths}
+    assert names == {*TABLES, *FIGURES} - {"costs"}
+
+
+def test_a_running_sweep_can_be_reported(tmp_path, make_row):
+    """The newest row may be torn, and its curve and timings may already be there."""
+    row, next_row = (make_row(TrialConfig(seed=seed)) for seed in (0, 1))
+    records.append_row(tmp_path / "trials.csv", row)
+    for later in (row, next_row):
+        timings = TrialTimings(later.trial_id, 1.0, 1.0, None, None, 1.0, 1.0)
+        records.append_row(tmp_path / "timings.csv", timings)
+    append_member(tmp_path / "curves.csv.gz", CURVE_HEADER)
+    with (tmp_path / "curves.csv.gz").open("ab") as file:
+        file.write(gzip.compress(b"torn")[:9])
+    with (tmp_path / "trials.csv").open("a") as file:
         file.write("0123,p,ig")
-    assert "igpf" in write_report(folder).text
+    assert "igpf" in write_report(tmp_path).text
 
 
 def test_a_folder_without_trials_is_named(tmp_path, make_row):
@@ -57,8 +99,9 @@ def test_a_folder_without_trials_is_named(tmp_path, make_row):
         write_report(tmp_path)
 
 
-def test_colours_belong_to_trackers():
-    assert figures.tracker_style("igpf") == figures.TRACKER_STYLES["igpf"]
-    assert figures.tracker_style("mine") == figures.tracker_style("mine")
-    colours = [style[0] for style in figures.TRACKER_STYLES.values()]
-    assert len(set(colours)) == len(colours)
+def test_the_columns_that_an_earlier_sweep_lacks_are_named(tmp_path, make_row):
+    records.append_row(tmp_path / "trials.csv", make_row(TrialConfig()))
+    text = (tmp_path / "trials.csv").read_text()
+    (tmp_path / "trials.csv").write_text(text.replace("particle_count,", "", 1))
+    with pytest.raises(ValueError, match="missing: particle_count; unknown: none"):
+        write_report(tmp_path)

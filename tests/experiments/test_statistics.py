@@ -6,6 +6,7 @@ import pytest
 
 from experiments.statistics import (
     bootstrap_gain,
+    holm,
     mcnemar_exact,
     newcombe_paired_difference,
     paired_sample_size,
@@ -108,3 +109,9 @@ def test_paired_sample_size_has_its_power():
     counts = rng.multinomial(n, [0.2, 0.1, 0.7], size=2000)
     rejected = np.mean([mcnemar_exact(int(b), int(c)) < 0.05 for b, c, _ in counts])
     assert 0.74 < rejected < 0.84
+
+
+def test_holm_raises_each_p_by_the_number_of_those_not_smaller():
+    assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
+    assert holm([0.9, 0.8]) == [1.0, 1.0]
+    assert holm([]) == []

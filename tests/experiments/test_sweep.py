@@ -6,10 +6,11 @@ import time
 import numpy as np
 import pytest
 import toy_sweep
-from toy_sweep import LONG_PRESET, PRESET
+from toy_sweep import LONG_PRESET, PRESET, left_by
 
 from experiments import manifest, records
 from experiments.config import TrialResult, TrialTimings
+from experiments.curves import read_curves
 from experiments.presets import Preset
 from experiments.processes import LocalWorkers
 from experiments.results_folder import exclusive
@@ -31,7 +32,7 @@ def test_two_workers_leave_the_bytes_of_one_even_out_of_order(
     monkeypatch.setenv("TOY_SLOW_S", "0.5")
     monkeypatch.setenv("TOY_KILL_ONCE", str(tmp_path / "killed_once"))
     done = run_sweep(PRESET, tmp_path / "two", LocalWorkers(2), run_trial=toy)
-    assert (tmp_path / "two" / "trials.csv").read_bytes() == unbroken
+    assert left_by(tmp_path / "two") == unbroken
     assert not (tmp_path / "two" / "pending.jsonl").exists()
     assert (tmp_path / "killed_once").exists(), "a worker was to die and be replaced"
     assert (done.trial_count, done.error_count) == (16, 0)
@@ -56,7 +57,7 @@ def test_killed_twice_and_run_again_leaves_the_bytes_of_an_unbroken_sweep(
         assert process.returncode == -signal.SIGKILL
     assert 0 < toy_sweep.row_count(folder) < 16
     run_sweep(PRESET, folder, LocalWorkers(workers), run_trial=toy)
-    assert (folder / "trials.csv").read_bytes() == unbroken
+    assert left_by(folder) == unbroken
     assert len(json.loads((folder / "manifest.json").read_text())["sessions"]) == 3
 
 
@@ -77,7 +78,7 @@ def test_twenty_kills_of_coordinator_and_workers_change_no_byte(
     assert min(kills) > 0
     assert 0 < toy_sweep.row_count(folder) < len(LONG_PRESET.trials)
     run_sweep(LONG_PRESET, folder, LocalWorkers(workers), run_trial=toy)
-    assert (folder / "trials.csv").read_bytes() == long_unbroken
+    assert left_by(folder) == long_unbroken
     timings = records.read_rows(folder / "timings.csv", TrialTimings)
     assert [row.trial_id for row in timings] == [trial.trial_id for trial in LONG_PRESET.trials]
 
@@ -98,7 +99,7 @@ def test_trials_that_ended_before_their_turn_survive_a_kill(
     with pending.open("a") as file:
         file.write('{"index": 15, "tri')
     run_sweep(PRESET, folder, LocalWorkers(2), run_trial=toy)
-    assert (folder / "trials.csv").read_bytes() == unbroken
+    assert left_by(folder) == unbroken
     finished = json.loads(kept[0])
     assert finished["timings"] in (folder / "timings.csv").read_text()
 
@@ -106,17 +107,32 @@ def test_trials_that_ended_before_their_turn_survive_a_kill(
 @pytest.mark.parametrize("part", [0.0, 0.02, 0.5, 0.999])
 def test_a_file_cut_anywhere_resumes_to_the_same_bytes(copy, toy, unbroken, part):
     path = copy / "trials.csv"
-    path.write_bytes(unbroken[: int(part * len(unbroken))])
+    path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
     run_sweep(PRESET, copy, LocalWorkers(1), run_trial=toy)
-    assert path.read_bytes() == unbroken
+    assert left_by(copy) == unbroken
     assert toy_sweep.row_count(copy) == len(records.read_rows(copy / "timings.csv", TrialTimings))
+
+
+def test_a_torn_curve_is_cut_off_and_a_missing_one_is_told(copy, toy, unbroken):
+    curves = copy / "curves.csv.gz"
+    curves.write_bytes(unbroken["curves.csv.gz"] + unbroken["curves.csv.gz"][:15])
+    run_sweep(PRESET, copy, LocalWorkers(1), run_trial=toy)
+    assert left_by(copy) == unbroken
+    curves.write_bytes(unbroken["curves.csv.gz"][:-5])
+    with pytest.raises(ValueError, match=r"curves\.csv\.gz is not that of trials\.csv"):
+        run_sweep(PRESET, copy, LocalWorkers(1), run_trial=toy)
+
+
+def test_curves_are_those_of_the_rows(finished):
+    curves = read_curves(finished / "curves.csv.gz")
+    assert list(curves) == [trial.trial_id for trial in PRESET.trials]
 
 
 def test_a_finished_sweep_runs_nothing_again(copy, toy, unbroken, monkeypatch):
     monkeypatch.setenv("TOY_CRASH_SEEDS", "0,1,2,3")
     done = run_sweep(PRESET, copy, LocalWorkers(2), run_trial=toy)
     assert done.error_count == 0
-    assert done.trials_path.read_bytes() == unbroken
+    assert left_by(copy) == unbroken
 
 
 def test_a_crash_is_a_row_and_its_traceback_is_kept(tmp_path, toy, monkeypatch):
@@ -145,7 +161,7 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path, toy, unbroken, monkeypatch):
         run_sweep(PRESET, folder, LocalWorkers(1), run_trial=toy)
     monkeypatch.undo()
     run_sweep(PRESET, folder, LocalWorkers(1), run_trial=toy)
-    assert (folder / "trials.csv").read_bytes() == unbroken
+    assert left_by(folder) == unbroken
 
 
 def test_a_folder_of_another_preset_is_refused_and_left_alone(copy, toy, unbroken):
@@ -155,7 +171,7 @@ def test_a_folder_of_another_preset_is_refused_and_left_alone(copy, toy, unbroke
     longer = Preset("toy", "", PRESET.cells, (*PRESET.seeds, 9))
     with pytest.raises(ValueError, match="another version of preset 'toy'"):
         run_sweep(longer, copy, LocalWorkers(1), run_trial=toy)
-    assert (copy / "trials.csv").read_bytes() == unbroken
+    assert left_by(copy) == unbroken
 
 
 def test_foreign_results_are_not_adopted(tmp_path, toy):

@@ -36,6 +36,14 @@ def test_coarse_picture_is_the_mean_of_what_each_pixel_covers(sharp, monkeypatch
     assert alike[0] > alike[1]
 
 
+def test_picture_does_not_show_where_the_last_trial_left_the_belt(sharp):
+    cell = make_cell(TrialConfig(), has_camera=True)
+    cell.environment.reset()
+    for _ in range(5):
+        cell.environment.step(np.array([*cell.task.robot.q(cell.environment.physics), *[0.0] * 7]))
+    assert np.array_equal(picture("normal"), sharp)
+
+
 def test_template_is_that_of_the_condition_whatever_was_tried_before():
     """One cell serves many conditions; a row must not depend on the order of the trials."""
     shaded = make_cell(TrialConfig(condition="shadows-1"), has_camera=True).template

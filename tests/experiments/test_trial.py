@@ -1,16 +1,19 @@
 """Whole trials in this process: images alone suffice, rows repeat, truth stays outside."""
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
 
-from experiments import config, trial
+from experiments import cell, config, trial
 from experiments.cell import Cell, Truth, make_cell
 from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.perception import NoisyOracle, Oracle, Seeing
-from sim import task
+from sim import environment, task
+from sim.objects import OBJECTS
+from sim.turntable import RADIUS_M
 from tracker.prediction import make_predictor
 
 IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
@@ -32,10 +35,10 @@ def test_same_trial_gives_the_same_row_whatever_ran_before(igpf_row):
     assert trial.run_trial(IGPF)[0] == igpf_row
 
 
-def test_tracker_sees_observations_only(monkeypatch):
+def test_tracker_sees_images_only(monkeypatch):
     """With the simulator's truth out of reach, the row of a tracker stays the same."""
-    cell = make_cell(IGPF, has_camera=True)
-    loop = Loop(IGPF, cell)
+    world = make_cell(IGPF, has_camera=True)
+    loop = Loop(IGPF, world)
     assert isinstance(loop.perception, Seeing)
 
     def forbidden(*_: object) -> Truth:
@@ -43,20 +46,45 @@ def test_tracker_sees_observations_only(monkeypatch):
 
     monkeypatch.setattr(Cell, "read_truth", forbidden)
     for _ in range(30):
-        loop.perception.update(loop._timestep.observation)
+        loop.perception.update(world.task.frame(world.environment.physics))
         loop.perception.predict(loop.time_s)
-        action = np.concatenate([cell.servo.q, np.zeros(6), [0.11]])
-        loop._timestep = cell.environment.step(action)
+        action = np.concatenate([world.servo.q, np.zeros(6), [0.11]])
+        loop._timestep = world.environment.step(action)
     assert loop.perception.last is not None
 
 
-def test_oracle_lifts_the_box_and_renders_nothing():
-    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=1))
+@pytest.mark.parametrize("name", OBJECTS)
+def test_oracle_lifts_every_object_and_renders_nothing(name):
+    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", object=name, speed_mps=0.5, seed=1))
     assert row.clean_success and row.gl_renderer == "none"
 
 
-def test_a_still_belt_ends_in_a_timeout_not_in_an_exception():
-    row, _ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
+def test_oracle_lifts_the_box_off_the_turntable():
+    config = TrialConfig(tracker="oracle", motion="turntable", seed=2)
+    row, *_ = trial.run_trial(config)
+    assert row.clean_success
+    angle_rad = row.time_to_grasp_s * config.speed_mps / RADIUS_M
+    assert row.belt_used_m == pytest.approx(angle_rad * RADIUS_M, rel=0.2)  # not at the radius
+
+
+@pytest.mark.slow
+def test_igpf_lifts_the_box_off_the_turntable_by_sight():
+    row, *_ = trial.run_trial(TrialConfig(tracker="igpf", motion="turntable", seed=1))
+    assert row.clean_success and row.track_rmse_m < 0.005
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OBJECTS)
+def test_igpf_lifts_every_object_by_sight(name):
+    row, *_ = trial.run_trial(TrialConfig(tracker="igpf", object=name, seed=1))
+    assert row.clean_success and row.track_rmse_m < 0.005
+
+
+def test_a_still_belt_ends_in_a_timeout_not_in_an_exception(monkeypatch):
+    monkeypatch.setattr(environment, "TIME_LIMIT_S", 2.0)
+    monkeypatch.setattr(cell, "_compiled", cell._compiled.__wrapped__)
+    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
+    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
     assert row.outcome == "timeout" and not row.success
 
 
@@ -105,6 +133,19 @@ def test_config_hash_names_every_field_and_nothing_else():
     changed = [{"seed": 1}, {"delay_s": 0.067}, {"tracker": "pf"}, {"particle_count": 151}]
     ids = {TrialConfig(**change).trial_id for change in changed}
     assert len(ids) == len(changed) and TrialConfig().trial_id not in ids
+
+
+@pytest.mark.parametrize("other", ["blur-1+dark-1", "dark-01+blur-1", "dark-1+blur-1+dark-1"])
+def test_a_condition_has_one_name_and_one_id(other):
+    one = TrialConfig(condition="dark-1+blur-1")
+    assert TrialConfig(condition=other).trial_id == one.trial_id
+    assert one.condition == "blur-1+dark-1"
+    assert TrialConfig(condition="drak-1+x").condition == "drak-1+x", "refused elsewhere, whole"
+
+
+def test_all_that_determines_a_trial_is_in_its_row():
+    columns = {field.name for field in fields(config.TrialResult)}
+    assert {field.name for field in fields(TrialConfig)} < columns
 
 
 @pytest.mark.parametrize(

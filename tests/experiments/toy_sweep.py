@@ -83,6 +83,11 @@ def start(
     )
 
 
+def left_by(folder):
+    """Bytes of what does not depend on how a sweep ran."""
+    return {name: (folder / name).read_bytes() for name in ("trials.csv", "curves.csv.gz")}
+
+
 def row_count(folder):
     path = folder / "trials.csv"
     return path.read_bytes().count(b"\n") - 1 if path.exists() else -1

@@ -5,13 +5,18 @@ Its misbehaviour is steered by environment variables, which spawned workers inhe
 
 from __future__ import annotations
 
+import dataclasses
+import math
 import os
 import random
 import signal
 import time
 from pathlib import Path
 
+import numpy as np
+
 from experiments.config import TrialConfig, TrialResult, TrialTimings
+from experiments.curves import ErrorCurve
 
 
 def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> TrialResult:
@@ -19,17 +24,9 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
     draw = random.Random(config.trial_id)
     success = draw.random() < 0.9 - 0.5 * config.speed_mps
     values: dict[str, object] = {
+        **dataclasses.asdict(config),
         "trial_id": config.trial_id,
         "preset": preset,
-        "tracker": config.tracker,
-        "camera": config.camera,
-        "condition": config.condition,
-        "object": config.object,
-        "motion": config.motion,
-        "predictor": config.predictor,
-        "speed_mps": config.speed_mps,
-        "delay_s": config.delay_s,
-        "seed": config.seed,
         "outcome": "success" if success else draw.choice(["missed", "lost_track"]),
         "success": success,
         "clean_success": success and draw.random() < 0.8,
@@ -58,6 +55,14 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
     return TrialResult(**(values | changes))  # pyright: ignore[reportArgumentType]
 
 
+def make_curve(config: TrialConfig) -> ErrorCurve:
+    """An error that falls from the belief of 0.3 m and is 2 mm larger in truth."""
+    count = int(os.environ.get("TOY_CURVE_SAMPLES", "10")) + config.seed % 3
+    servo_m = 0.3 * np.exp(-np.arange(count) / 5.0)
+    servo_m[0] = math.nan
+    return ErrorCurve(servo_m, np.nan_to_num(servo_m, nan=0.3) + 0.002)
+
+
 def _is_first(variable: str) -> bool:
     """True for the first trial of all processes that gets here; the variable names a marker."""
     path = os.environ.get(variable)
@@ -69,7 +74,7 @@ def _is_first(variable: str) -> bool:
 
 def run_trial(
     config: TrialConfig, video_path: Path | None = None, *, preset: str = "trial"
-) -> tuple[TrialResult, TrialTimings]:
+) -> tuple[TrialResult, TrialTimings, str]:
     """A short trial; slow, crashing or killed where the environment says so."""
     time.sleep(float(os.environ.get("TOY_SLEEP_S", "0")))
     if _is_first("TOY_SLOW_ONCE"):
@@ -88,8 +93,9 @@ def run_trial(
         trial_id=config.trial_id,
         wall_s=time.perf_counter() % 1.0,
         simulated_s=row.simulated_s,
+        render_ms_per_image=10.0 + config.seed,
         track_ms_per_image=None,
         servo_ms_per_step=0.1,
-        world_ms_per_step=0.2,
+        physics_ms_per_step=0.2,
     )
-    return row, timings
+    return row, timings, make_curve(config).to_csv(config.trial_id)

@@ -52,7 +52,7 @@ class Scene:
 def compiled_scene() -> Scene:
     cell, robot, conveyor, box = Cell(), Robot(), Conveyor(), Prop(OBJECTS["box"])
     cell.attach_robot(robot)
-    cell.attach_conveyor(conveyor)
+    cell.attach_carrier(conveyor)
     cell.add_free_entity(box)
     return Scene(cell, robot, conveyor, box, mjcf.Physics.from_mjcf_model(cell.mjcf_model))
 

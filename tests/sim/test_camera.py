@@ -62,6 +62,48 @@ def test_one_pass_depth_equals_ray_casts(view):
     assert np.mean(np.array(errors) > 0.005) < 0.01  # a ray or two may graze a silhouette
 
 
+@pytest.mark.parametrize("window", [(100, 180, 60, 200), (0, 240, 0, 320), (200, 201, 319, 320)])
+def test_window_is_the_part_of_the_whole_image(view, window):
+    top, bottom, left, right = window
+    model = scene(view)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with OffscreenRenderer(model, WIDTH, HEIGHT) as renderer:
+        exposure = renderer.expose(model, data, "sensor")
+        part = renderer.develop(exposure, (slice(top, bottom), slice(left, right)))
+        whole = renderer.develop(exposure)  # after a part: it leaves the exposure as it was
+    rgb, depth_m = (array[top:bottom, left:right] for array in whole)
+    assert part[0].shape == rgb.shape and part[1].shape == depth_m.shape
+    is_equal = (np.abs(part[0].astype(int) - rgb) <= 1).all(axis=-1) & (
+        np.abs(part[1] - depth_m) < 1e-4
+    )
+    assert np.mean(~is_equal) < 2e-3  # an edge may fall on the other side of a pixel's centre
+
+
+def test_exposure_keeps_what_was_there(view):
+    model = scene(view)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with OffscreenRenderer(model, WIDTH, HEIGHT) as renderer:
+        exposure = renderer.expose(model, data, "sensor")
+        before = renderer.develop(exposure)[0].copy()
+        data.geom_xpos[1:] += 0.2
+        model.vis.headlight.ambient[:] = 0.1
+        after = renderer.develop(exposure)[0]
+        now = renderer.render(model, data, "sensor")[0]
+    assert np.array_equal(before, after)
+    assert not np.array_equal(before, now)
+
+
+def test_empty_window_has_no_pixels(view):
+    model = scene(view)
+    data = mujoco.MjData(model)
+    with OffscreenRenderer(model, WIDTH, HEIGHT) as renderer:
+        exposure = renderer.expose(model, data, "sensor")
+        rgb, depth_m = renderer.develop(exposure, (slice(5, 5), slice(0, 4)))
+    assert rgb.shape == (0, 4, 3) and depth_m.shape == (0, 4)
+
+
 def test_intrinsics_project_a_marker_onto_its_pixels(view):
     marker = np.array([0.62, 0.21, 0.05])
     position = " ".join(map(str, marker))

@@ -134,6 +134,12 @@ def test_run_up_meets_the_target_smoothly(speed_mps, acceleration):
     assert (later - here) / dt == pytest.approx(velocity, abs=1e-3 + 1e-3 * speed_mps)
 
 
+def test_target_that_comes_the_other_way_is_met_where_it_is():
+    assert run_up(0.1, -0.25, -0.6, 4.0) == (0.1, -0.25)
+    assert run_up(-0.7, -0.25, -0.6, 4.0) == (-0.6, 0.0)
+    assert run_up(-0.7, 0.0, -0.6, 4.0) == (-0.6, 0.0)
+
+
 def test_servo_error_is_zero_at_the_grasp_and_counts_both_parts():
     motion = target(0.0, yaw_rad=0.3)
     depth = 0.035

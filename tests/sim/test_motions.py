@@ -5,12 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sim.carriers import CARRIERS
 from sim.motions import MOTIONS, RampSpeed, StopAndGoSpeed, draw_profile
 
 TIMES_S = np.linspace(0.0, 16.0, 4001)
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+BELT_MOTIONS = [name for name, motion in MOTIONS.items() if motion.carrier == "belt"]
+
+
+@pytest.mark.parametrize("name", BELT_MOTIONS)
 @given(speed_mps=st.floats(0.0, 1.5), seed=st.integers(0, 1000))
 def test_no_belt_runs_backwards_and_none_faster_than_one_and_a_half(name, speed_mps, seed):
     profile = draw_profile(name, speed_mps, np.random.default_rng(seed))
@@ -51,8 +55,19 @@ def test_acceleration_stays_possible(name):
     assert np.abs(np.diff(speeds)).max() / (TIMES_S[1] - TIMES_S[0]) <= 1.0 + 1e-6
 
 
+def test_turntable_goes_either_way_round():
+    speeds = {draw_profile("turntable", 0.2, np.random.default_rng(s))(1.0) for s in range(20)}
+    assert speeds == {-0.2, 0.2}
+
+
+def test_every_motion_names_a_carrier():
+    assert {motion.carrier for motion in MOTIONS.values()} == set(CARRIERS)
+
+
 def test_bad_motions_are_refused():
-    with pytest.raises(ValueError, match="motion must be one of constant, ramp, sine, stop-and-go"):
+    with pytest.raises(
+        ValueError, match="motion must be one of constant, ramp, sine, stop-and-go, turntable"
+    ):
         draw_profile("zigzag", 0.2, np.random.default_rng(0))
     for speed_mps in (-0.1, float("nan"), float("inf")):
         with pytest.raises(ValueError, match="speed_mps must be finite and >= 0, got"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sim.degradations import Condition, get_condition
-from sim.sensor import Sensor, SensorNoise, noise_std_of_level
+from sim.sensor import Develop, Sensor, SensorNoise, noise_std_of_level
 
 TICK_HZ = 480
 QUIET = {"colour_noise_std": 0.0, "depth_noise_std_m": 0.0, "width_px": 16, "height_px": 16}
@@ -17,24 +17,26 @@ class Clock:
         rng = np.random.default_rng(seed)
         self.sensor = Sensor(condition, rate_hz, delay_s, TICK_HZ, rng)
         self.shape = condition.height_px, condition.width_px
-        self.rendered: list[int] = []
+        self.exposed: list[int] = []
 
     def run(self, ticks: int) -> dict[int, tuple[int, float, int, float]]:
         """Count of each image -> tick of arrival, exposure [s], level, depth."""
         arrivals = {}
         for tick in range(ticks):
             time_s = tick / TICK_HZ
-            self.sensor.look(time_s, lambda tick=tick: self._picture(tick))
-            self.sensor.look(time_s, lambda: pytest.fail("rendered twice"))
+            self.sensor.look(time_s, lambda tick=tick: self._expose(tick))
+            self.sensor.look(time_s, lambda: pytest.fail("exposed twice"))
             frame = self.sensor.newest(time_s)
-            seen = tick, frame.time_s, int(frame.rgb[0, 0, 0]), float(frame.depth_m[0, 0])
+            rgb, depth_m = frame.whole
+            seen = tick, frame.time_s, int(rgb[0, 0, 0]), float(depth_m[0, 0])
             arrivals.setdefault(frame.count, seen)
         return arrivals
 
-    def _picture(self, tick: int) -> tuple[np.ndarray, np.ndarray]:
-        self.rendered.append(tick)
+    def _expose(self, tick: int) -> Develop:
+        self.exposed.append(tick)
         level = np.full((*self.shape, 3), tick % 256, np.uint8)
-        return level, np.full(self.shape, float(tick), np.float32)
+        depth_m = np.full(self.shape, float(tick), np.float32)
+        return lambda window: (level[window], depth_m[window])
 
 
 def test_images_come_at_the_rate_and_late_by_the_delay():
@@ -48,21 +50,21 @@ def test_images_come_at_the_rate_and_late_by_the_delay():
 def test_long_exposure_shows_the_mean_and_is_timed_by_its_middle():
     clock = Clock(Condition(**QUIET, exposure_s=4 / 480))
     arrivals = clock.run(60)
-    assert clock.rendered[:8] == [0, 1, 2, 3, 16, 17, 18, 19]
+    assert clock.exposed[:8] == [0, 1, 2, 3, 16, 17, 18, 19]
     assert arrivals[2] == (17.5 + 24.5, 17.5 / 480, 18, 18.0)
 
 
 def test_shutter_closes_before_the_next_exposure():
     clock = Clock(Condition(**QUIET, exposure_s=1.0), rate_hz=60.0)
     clock.run(24)
-    assert clock.rendered == list(range(24))
+    assert clock.exposed == list(range(24))
 
 
-def test_dropped_images_are_missing_and_not_rendered():
+def test_dropped_images_are_missing_and_not_exposed():
     clock = Clock(Condition(**QUIET, dropped_share=0.5), delay_s=0.0)
     arrivals = clock.run(16 * 400)
-    assert len(clock.rendered) == sum(count > 0 for count in arrivals)
-    assert len(clock.rendered) == pytest.approx(200, abs=40)
+    assert len(clock.exposed) == sum(count > 0 for count in arrivals)
+    assert len(clock.exposed) == pytest.approx(200, abs=40)
     assert all(
         level == 16 * (count - 1) % 256 for count, (_, _, level, _) in arrivals.items() if count
     )
@@ -81,6 +83,30 @@ def test_late_images_are_late_and_none_overtakes():
     assert np.mean(ages > 0.051) > 0.2
 
 
+WHOLE = slice(None), slice(None)
+
+
+def noisy(noise: SensorNoise, picture: tuple[np.ndarray, np.ndarray]) -> tuple:
+    """The picture with the noise of the next image."""
+    return noise.draw().on(*picture, WHOLE)
+
+
+@pytest.mark.parametrize("name", ["normal", "dark-1", "depth-3+blur-1"])
+def test_parts_of_a_frame_are_parts_of_the_whole(name):
+    condition = get_condition(name)
+    rng = np.random.default_rng(0)
+    rgb = rng.integers(0, 256, (condition.height_px, condition.width_px, 3), np.uint8)
+    depth_m = rng.random(rgb.shape[:2], np.float32)
+    sensor = Sensor(condition, 30.0, 0.0, TICK_HZ, np.random.default_rng(1))
+    for tick in range(17):
+        sensor.look(tick / TICK_HZ, lambda: lambda window: (rgb[window], depth_m[window]))
+    frame = sensor.newest(16 / TICK_HZ)
+    window = slice(100, 140), slice(300, 420)
+    for part, whole in zip(frame.crop(window), frame.whole, strict=True):
+        assert np.array_equal(part, whole[window])
+    assert frame.whole[0].shape[:2] == frame.shape_px
+
+
 def picture(condition: Condition, level: int = 120) -> tuple[np.ndarray, np.ndarray]:
     shape = condition.height_px, condition.width_px
     return np.full((*shape, 3), level, np.uint8), np.full(shape, 1.5, np.float32)
@@ -89,7 +115,8 @@ def picture(condition: Condition, level: int = 120) -> tuple[np.ndarray, np.ndar
 def test_no_noise_is_the_identity():
     quiet = Condition(**QUIET)
     rgb, depth_m = picture(quiet)
-    noisy_rgb, noisy_depth_m = SensorNoise(quiet, np.random.default_rng(0)).on(rgb, depth_m)
+    noise = SensorNoise(quiet, np.random.default_rng(0))
+    noisy_rgb, noisy_depth_m = noisy(noise, (rgb, depth_m))
     assert np.array_equal(noisy_rgb, rgb) and np.array_equal(noisy_depth_m, depth_m)
 
 
@@ -98,7 +125,8 @@ def test_no_noise_is_the_identity():
 def test_noise_keeps_shape_and_has_the_declared_size(name, level):
     condition = get_condition(name)
     rgb, depth_m = picture(condition, level)
-    noisy_rgb, noisy_depth_m = SensorNoise(condition, np.random.default_rng(0)).on(rgb, depth_m)
+    noise = SensorNoise(condition, np.random.default_rng(0))
+    noisy_rgb, noisy_depth_m = noisy(noise, (rgb, depth_m))
     assert noisy_rgb.shape == rgb.shape and noisy_rgb.dtype == np.uint8
     assert noisy_depth_m.shape == depth_m.shape and noisy_depth_m.dtype == np.float32
     expected = noise_std_of_level(condition)[level]
@@ -118,8 +146,8 @@ def test_shot_noise_grows_with_the_root_of_the_light():
 def test_frames_differ_and_the_same_stream_repeats_them():
     condition = Condition()
     first, second = (SensorNoise(condition, np.random.default_rng(3)) for _ in range(2))
-    frames = [first.on(*picture(condition))[0] for _ in range(3)]
-    again = [second.on(*picture(condition))[0] for _ in range(3)]
+    frames = [noisy(first, picture(condition))[0] for _ in range(3)]
+    again = [noisy(second, picture(condition))[0] for _ in range(3)]
     assert all(np.array_equal(a, b) for a, b in zip(frames, again, strict=True))
     assert not np.array_equal(frames[0], frames[1])
 
@@ -135,4 +163,4 @@ def test_losses_leave_the_noise_alone():
 
 def test_noise_saturates_instead_of_wrapping():
     rgb, depth_m = picture(Condition(), 0)
-    assert SensorNoise(Condition(), np.random.default_rng(0)).on(rgb, depth_m)[0].max() < 20
+    assert noisy(SensorNoise(Condition(), np.random.default_rng(0)), (rgb, depth_m))[0].max() < 20

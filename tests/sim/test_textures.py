@@ -2,11 +2,13 @@ import numpy as np
 import pytest
 from dm_control import mjcf
 
-from sim import textures
+from sim import artwork, textures
+from sim.objects import OBJECTS
 
 
 @pytest.mark.parametrize(
-    "paint", [textures.carton_artwork, textures.belt_surface, textures.concrete]
+    "paint",
+    [textures.belt_surface, textures.concrete, *(o.artwork for o in OBJECTS.values())],
 )
 def test_picture_is_painted_alike_every_time(paint):
     first, second = paint(), paint.__wrapped__()
@@ -17,7 +19,7 @@ def test_picture_is_painted_alike_every_time(paint):
 
 
 def test_carton_lid_looks_different_upside_down():
-    picture = textures.carton_artwork().astype(float)
+    picture = artwork.carton().astype(float)
     lid = picture[: picture.shape[0] // 4, : round(picture.shape[1] * 200 / 280)]
     turned = lid[::-1, ::-1]
     correlation = np.corrcoef(lid.mean(axis=2).ravel(), turned.mean(axis=2).ravel())[0, 1]

@@ -6,6 +6,7 @@ from scenes import TOP_Z_M
 
 from tracker.backproject import BackprojectConfig, Backprojector
 from tracker.base import Status, WarpEstimate
+from tracker.image import ArrayImage
 
 
 def estimate(warp, **changes):
@@ -30,7 +31,7 @@ def projector(template, view):
 def image(view, camera):
     from scenes import Scene
 
-    return view.rectify(*Scene(*camera).render(0.52, -0.1, 0.4))
+    return view.rectify(ArrayImage(*Scene(*camera).render(0.52, -0.1, 0.4)))
 
 
 @pytest.mark.parametrize("yaw", [-3.0, -1.2, 0.0, 0.4, 2.5])

@@ -6,6 +6,7 @@ from scenes import angle_error, belt_sheet
 
 from tracker import aff2
 from tracker.detection import DetectionConfig, TemplateDetector
+from tracker.image import ArrayImage
 
 
 @pytest.fixture(scope="module")
@@ -14,7 +15,7 @@ def detector(template, view, unit_px):
 
 
 def find(detector, view, scene, *place, **options):
-    image = view.rectify(*scene.render(*place, **options))
+    image = view.rectify(ArrayImage(*scene.render(*place, **options)))
     return detector.detect(image.grey, image.visibility)
 
 
@@ -45,8 +46,8 @@ def test_another_carton_gives_nothing(detector, view, camera):
 
 
 def test_two_equal_cartons_are_ambiguous(detector, view, scene):
-    image = view.rectify(*scene.render(0.5, -0.3, 0.0))
-    twin = view.rectify(*scene.render(0.5, 0.3, 0.0))
+    image = view.rectify(ArrayImage(*scene.render(0.5, -0.3, 0.0)))
+    twin = view.rectify(ArrayImage(*scene.render(0.5, 0.3, 0.0)))
     half = image.grey.shape[1] // 2
     both = np.hstack([image.grey[:, :half], twin.grey[:, half:]])
     assert detector.detect(both) is None
@@ -54,7 +55,7 @@ def test_two_equal_cartons_are_ambiguous(detector, view, scene):
 
 def test_a_picture_of_the_target_at_another_height_gives_nothing(detector, view, scene):
     """A poster on the belt, 80 mm below the face; without depth it cannot be told."""
-    image = view.rectify(*scene.render(0.5, 0.0, 0.4))
+    image = view.rectify(ArrayImage(*scene.render(0.5, 0.0, 0.4)))
     seen = image.grey, image.visibility
     assert detector.detect(*seen, image.height_m) is not None
     assert detector.detect(*seen, np.full_like(image.height_m, -0.08)) is None
@@ -62,8 +63,8 @@ def test_a_picture_of_the_target_at_another_height_gives_nothing(detector, view,
 
 
 def test_a_rival_at_another_height_is_no_rival(detector, view, scene):
-    image = view.rectify(*scene.render(0.5, -0.3, 0.0))
-    twin = view.rectify(*scene.render(0.5, 0.3, 0.0))
+    image = view.rectify(ArrayImage(*scene.render(0.5, -0.3, 0.0)))
+    twin = view.rectify(ArrayImage(*scene.render(0.5, 0.3, 0.0)))
     half = image.grey.shape[1] // 2
     both = np.hstack([image.grey[:, :half], twin.grey[:, half:]])
     height_m = np.hstack([image.height_m[:, :half], np.full_like(image.height_m[:, half:], -0.08)])

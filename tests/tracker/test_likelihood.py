@@ -3,6 +3,7 @@ import pytest
 
 from tracker import aff2
 from tracker.gauss_newton import climb
+from tracker.image import ArrayImage
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
 
@@ -12,7 +13,7 @@ def observe(view, scene, template):
     """Observation of a box at (0.5, 0, 0.4), with settings to vary."""
 
     def build(gain=1.0, offset=0.0, unit_px=None, occluder=None, sigma=0.3, **settings):
-        image = view.rectify(*scene.render(0.5, 0.0, 0.4, occluder))
+        image = view.rectify(ArrayImage(*scene.render(0.5, 0.0, 0.4, occluder)))
         layers = Layers.of(gain * image.grey + offset, image.visibility)
         config = LikelihoodConfig(**settings)
         return TemplateObservation(PatchMatcher(template), layers, config, sigma, unit_px)

@@ -7,6 +7,8 @@ import pytest
 from scenes import SIZE_M, TOP_Z_M, Scene, angle_error
 
 from tracker.base import Status
+from tracker.followers import FilterFollower
+from tracker.image import ArrayImage
 from tracker.perception import TargetTracker
 from tracker.registry import get_tracker_config
 
@@ -24,7 +26,7 @@ def drive(tracker, scene, speed, yaw, count, x=0.53, y=-0.3, occluder=None):
     for k in range(count):
         y_k = y + speed * k / RATE_HZ
         hidden = None if occluder is None else occluder(k, y_k)
-        seen.append(tracker.update(*scene.render(x, y_k, yaw, hidden), k / RATE_HZ))
+        seen.append(tracker.update(ArrayImage(*scene.render(x, y_k, yaw, hidden), k / RATE_HZ)))
         pose = seen[-1].pose
         if pose is not None and pose.is_usable:
             error = pose.position_m - [x, y_k, TOP_Z_M]
@@ -45,6 +47,32 @@ def test_tracks_a_box_on_a_moving_belt(
     rms = np.sqrt((errors**2).mean(axis=0))
     assert rms[:3].max() < position_m
     assert math.degrees(rms[3]) < yaw_deg
+
+
+@pytest.mark.parametrize("name", ["igpf", "pf"])
+def test_sees_all_it_needs_in_the_window_that_it_asks_for(
+    template, view, camera, name, monkeypatch
+):
+    cropped = drive(build(name, template, view), Scene(*camera), 0.6, 0.9, 12)[1]
+    monkeypatch.setattr(FilterFollower, "region", lambda self, time_s: None)
+    whole = drive(build(name, template, view), Scene(*camera), 0.6, 0.9, 12)[1]
+    np.testing.assert_array_equal(cropped, whole)
+
+
+def test_a_tracked_target_needs_a_small_part_of_the_image(template, view, scene):
+    tracker, shares = build("igpf", template, view), []
+    for k in range(8):
+        image = ArrayImage(*scene.render(0.53, -0.3 + 0.02 * k, 0.4), k / RATE_HZ)
+        crop = image.crop
+
+        def watched(window, crop=crop):
+            rgb, depth_m = crop(window)
+            shares.append(rgb[..., 0].size / (640 * 480))
+            return rgb, depth_m
+
+        object.__setattr__(image, "crop", watched)
+        tracker.update(image)
+    assert min(shares[:2]) > 2 * max(shares[2:]) and max(shares[2:]) < 0.12
 
 
 def test_survives_dim_light(template, view, scene):
@@ -83,11 +111,11 @@ def test_a_box_that_is_gone_is_lost_and_a_new_one_is_found(template, view, scene
     statuses = []
     for k in range(5, 12):
         image = scene.render(0.53, 0.0, 0.4, with_box=False)
-        statuses.append(tracker.update(*image, k / RATE_HZ).status)
+        statuses.append(tracker.update(ArrayImage(*image, k / RATE_HZ)).status)
     assert Status.TRACKING not in statuses
     assert statuses[-1] is Status.SEARCHING
     for k in range(12, 16):
-        observation = tracker.update(*scene.render(0.45, 0.2, -1.0), k / RATE_HZ)
+        observation = tracker.update(ArrayImage(*scene.render(0.45, 0.2, -1.0), k / RATE_HZ))
     assert observation.status is Status.TRACKING
     np.testing.assert_allclose(observation.pose.position_m[:2], [0.45, 0.2], atol=2e-3)
 
@@ -111,11 +139,11 @@ def test_unusable_images_make_it_uncertain_never_crash(template, view, scene, na
     for image in bad:
         tracker = build(name, template, view, particle_count=40)
         for k in range(3):
-            tracker.update(rgb, depth, k / RATE_HZ)
-        observation = tracker.update(*image, 3 / RATE_HZ)
+            tracker.update(ArrayImage(rgb, depth, k / RATE_HZ))
+        observation = tracker.update(ArrayImage(*image, 3 / RATE_HZ))
         assert observation.status is Status.UNCERTAIN
         assert observation.pose is None or not observation.pose.is_usable
-        assert tracker.update(rgb, depth, 4 / RATE_HZ).status is Status.TRACKING
+        assert tracker.update(ArrayImage(rgb, depth, 4 / RATE_HZ)).status is Status.TRACKING
 
 
 def test_unusable_depth_is_done_without(template, view, scene):
@@ -123,7 +151,7 @@ def test_unusable_depth_is_done_without(template, view, scene):
     for bad in (None, np.zeros_like(depth), np.full_like(depth, np.nan), depth[:10]):
         tracker = build("igpf", template, view, particle_count=40)
         for k in range(3):
-            observation = tracker.update(rgb, bad, k / RATE_HZ)
+            observation = tracker.update(ArrayImage(rgb, bad, k / RATE_HZ))
         assert observation.status is Status.TRACKING
         np.testing.assert_allclose(observation.pose.position_m, [0.53, 0, TOP_Z_M], atol=2e-3)
 
@@ -133,9 +161,9 @@ def test_a_time_that_does_not_grow_changes_nothing(template, view, scene, time_s
     tracker = build("igpf", template, view, particle_count=40)
     rgb, depth = scene.render(0.53, 0.0, 0.4)
     for k in range(3):
-        tracker.update(rgb, depth, k / RATE_HZ)
-    assert tracker.update(rgb, depth, time_s).status is Status.UNCERTAIN
-    assert tracker.update(rgb, depth, 0.2).status is Status.TRACKING
+        tracker.update(ArrayImage(rgb, depth, k / RATE_HZ))
+    assert tracker.update(ArrayImage(rgb, depth, time_s)).status is Status.UNCERTAIN
+    assert tracker.update(ArrayImage(rgb, depth, 0.2)).status is Status.TRACKING
 
 
 @pytest.mark.parametrize("name", ["igpf", "gpf", "pf"])
@@ -147,7 +175,7 @@ def test_same_seed_same_poses_and_input_untouched(template, view, camera, name):
         for k in range(5):
             rgb, depth = scene.render(0.5, 0.01 * k, 0.2)
             before = rgb.copy(), depth.copy()
-            observation = tracker.update(rgb, depth, k / RATE_HZ)
+            observation = tracker.update(ArrayImage(rgb, depth, k / RATE_HZ))
             np.testing.assert_array_equal(rgb, before[0])
             np.testing.assert_array_equal(depth, before[1])
             if observation.pose is not None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scenes import far_side_camera
 
+from tracker.image import ArrayImage
 from tracker.rectify import OverheadView
 
 
@@ -31,7 +32,7 @@ def test_box_lands_where_it_stands_with_its_known_size(view, scene, template, tr
     from tracker.matching import Layers, PatchMatcher
 
     rgb, depth = scene.render(0.53, 0.1, 0.7)
-    image = view.rectify(rgb, depth)
+    image = view.rectify(ArrayImage(rgb, depth))
     layers = Layers.of(image.grey, image.visibility)
     observation = TemplateObservation(PatchMatcher(template), layers, LikelihoodConfig(), 0.3)
     warps = np.stack([true_warp(0.53, 0.1, 0.7), true_warp(0.53, 0.104, 0.7)])
@@ -42,7 +43,7 @@ def test_box_lands_where_it_stands_with_its_known_size(view, scene, template, tr
 
 def test_heights_and_visibility_come_from_depth(view, scene):
     rgb, depth = scene.render(0.5, 0.0, 0.0, occluder=(0.45, 0.55, 0.05, 0.1, 0.2))
-    image = view.rectify(rgb, depth)
+    image = view.rectify(ArrayImage(rgb, depth))
     column, row = np.rint(view.pixel_of_world(np.array([0.5, 0.0]))).astype(int)
     assert abs(image.height_m[row, column]) < 0.01
     assert image.visibility[row, column] == 1
@@ -56,18 +57,53 @@ def test_heights_and_visibility_come_from_depth(view, scene):
 
 def test_missing_depth_hides_nothing(view, scene):
     rgb, depth = scene.render(0.5, 0.0, 0.0)
-    inside = view.rectify(rgb, None).visibility
+    inside = view.rectify(ArrayImage(rgb, None)).visibility
     for nothing in (np.zeros_like(depth), np.full_like(depth, np.nan)):
-        image = view.rectify(rgb, nothing)
+        image = view.rectify(ArrayImage(rgb, nothing))
         np.testing.assert_array_equal(image.visibility, inside)
         assert np.isnan(image.height_m).all()
 
 
 def test_outside_the_camera_image_nothing_is_visible(camera):
     view = OverheadView(*camera, (480, 640), y_range_m=(-2.0, 2.0))
-    visibility = view.rectify(np.full((480, 640), 90, np.uint8), None).visibility
+    visibility = view.rectify(ArrayImage(np.full((480, 640, 3), 90, np.uint8), None)).visibility
     assert visibility[:, 0].max() == 0
     assert visibility[:, visibility.shape[1] // 2].max() == 1
+
+
+class Watched(ArrayImage):
+    """Remembers which pixels it was asked for."""
+
+    def crop(self, window):
+        object.__setattr__(self, "asked", window)
+        return super().crop(window)
+
+
+@pytest.mark.parametrize("region", [(40, 100, 60, 200), (0, 148, 0, 40), (70, 71, 300, 301)])
+def test_region_is_the_part_of_the_whole_and_needs_few_pixels(view, scene, region):
+    top, bottom, left, right = region
+    region = slice(top, bottom), slice(left, right)
+    rgb, depth = scene.render(0.53, -0.4, 0.7, occluder=(0.45, 0.55, -0.5, -0.4, 0.2))
+    image = Watched(rgb, depth)
+    part, whole = view.rectify(image, region), view.rectify(ArrayImage(rgb, depth))
+    np.testing.assert_array_equal(part.grey[region], whole.grey[region])
+    np.testing.assert_array_equal(part.height_m[region], whole.height_m[region])
+    inner = slice(top + 1, bottom - 1), slice(left + 1, right - 1)  # a hidden pixel hides others
+    np.testing.assert_array_equal(part.visibility[inner], whole.visibility[inner])
+    rest = np.ones(view.shape_px, bool)
+    rest[region] = False
+    assert not part.grey[rest].any() and not part.visibility[rest].any()
+    assert np.isnan(part.height_m[rest]).all()
+    rows, columns = image.asked
+    share = (bottom - top) * (right - left) / part.grey.size
+    assert (rows.stop - rows.start) * (columns.stop - columns.start) < 640 * 480 * share + 500
+
+
+def test_region_beyond_the_camera_image_is_hidden(view):
+    image = Watched(np.full((480, 640, 3), 90, np.uint8), None)
+    narrow = OverheadView(view.K, view.T_world_camera, (480, 640), y_range_m=(-4.0, 4.0))
+    overhead = narrow.rectify(image, (slice(0, 148), slice(0, 10)))
+    assert not overhead.visibility.any() and not hasattr(image, "asked")
 
 
 @pytest.mark.parametrize(

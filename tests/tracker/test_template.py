@@ -4,7 +4,7 @@ from scenes import SIZE_M, box_picture
 from scipy.interpolate import RectBivariateSpline
 
 from tracker import aff2
-from tracker.template import Template
+from tracker.template import Template, square_cells
 
 
 def test_values_are_normalised_and_arrays_read_only(template):
@@ -43,6 +43,25 @@ def test_jacobian_equals_finite_differences_of_a_smooth_picture():
         assert np.abs(actual - expected).max() < 0.05 * np.abs(expected).max()
 
 
+def test_what_the_mask_leaves_out_has_no_say():
+    """Samples, values and derivatives are those of the target alone, whatever lies around it."""
+    picture = box_picture()[:, :160].copy()
+    v, u = np.mgrid[:160, :160] - 79.5
+    mask = np.hypot(u, v) < 79.5
+    ink = picture.copy()
+    ink[np.hypot(u, v) > 84] = 0
+    plain, inked = (Template.of_picture(p, (1, 1), mask=mask) for p in (picture, ink))
+    assert np.hypot(*plain.points[:2]).max() < 0.5
+    assert len(plain.values) / 19**2 == pytest.approx(np.pi / 4, abs=0.1)
+    np.testing.assert_allclose(inked.values, plain.values, atol=1e-5)
+    np.testing.assert_allclose(inked.jacobian, plain.jacobian, atol=1e-4)
+
+
+def test_cells_are_square_whatever_the_shape():
+    assert square_cells((0.2, 0.08), 360) == (12, 30)
+    assert square_cells((0.066, 0.066), 360) == (19, 19)
+
+
 @pytest.mark.parametrize(
     ("picture", "size", "message"),
     [
@@ -56,3 +75,10 @@ def test_jacobian_equals_finite_differences_of_a_smooth_picture():
 def test_bad_pictures_are_refused(picture, size, message):
     with pytest.raises(ValueError, match=message):
         Template.of_picture(picture, size)
+
+
+def test_a_mask_of_another_shape_or_without_target_is_refused():
+    with pytest.raises(ValueError, match=r"mask must be \(160, 400\) as the picture is, got"):
+        Template.of_picture(box_picture(), (0.2, 0.08), mask=np.ones((4, 4), bool))
+    with pytest.raises(ValueError, match="texture"):
+        Template.of_picture(box_picture(), (0.2, 0.08), mask=np.zeros((160, 400), bool))

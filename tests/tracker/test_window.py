@@ -2,6 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tracker.image import ArrayImage
 from tracker.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.matching import Layers, PatchMatcher
 from tracker.window import WindowObservation, cut_window
@@ -34,7 +35,7 @@ def test_a_target_outside_leaves_a_small_window_at_the_border(centre):
 
 
 def test_an_observation_of_the_window_answers_for_the_whole_image(template, view, scene, true_warp):
-    image = view.rectify(*scene.render(0.5, 0.0, 0.4))
+    image = view.rectify(ArrayImage(*scene.render(0.5, 0.0, 0.4)))
     whole = Layers.of(image.grey)
     shift = np.array([[1, 0, -7.0], [0, 1, -5.0], [0, 0, 1]])
     matcher, config = PatchMatcher(template), LikelihoodConfig(shape_std=None)
