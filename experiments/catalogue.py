@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
@@ -77,6 +77,15 @@ def check_names(config: TrialConfig) -> None:
     for field in ("embodiment", "camera", "object", "motion", "predictor"):
         require_known(field, getattr(config, field), names[f"{field}s"])
     get_condition(config.condition)
+
+
+def check_worlds(configs: Iterable[TrialConfig]) -> None:
+    """Raises before any trial starts if a name is unknown or this machine cannot render."""
+    from experiments.rendering import gl_renderer
+
+    for config in configs:
+        check_names(config)
+    gl_renderer()
 
 
 def require_known(field: str, value: str, valid: Mapping[str, Any] | list[str]) -> None:

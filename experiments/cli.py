@@ -7,7 +7,6 @@ import io
 import json
 import os
 import re
-import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,11 +17,12 @@ import tyro
 from tyro.conf import Positional, arg, subcommand
 
 from experiments.config import TrialConfig
-from experiments.otb.commands import Otb, split_names
+from experiments.otb.commands import Otb
+from experiments.sweep_commands import CRASH_EXIT, INTERRUPT_EXIT, Merge, Sweep
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
-_USAGE_EXIT, _CRASH_EXIT, _INTERRUPT_EXIT = 2, 1, 130
+_USAGE_EXIT = 2
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,11 @@ class Trial:
     def run(self) -> int:
         """Exit code 0, or 1 for an attempt that crashed; a failed grasp is no crash."""
         from experiments import manifest, processes, workers
+        from experiments.catalogue import check_worlds
         from experiments.summary import summary_lines
 
         processes.limit_threads()
-        _check_worlds([self.config])
+        check_worlds([self.config])
         if self.video is not None:
             self.video.parent.mkdir(parents=True, exist_ok=True)
         job = workers.TrialJob("trial", manifest.provenance())
@@ -56,58 +57,7 @@ class Trial:
             print("\n".join(summary_lines(self.config, attempt.result, attempt.timings)))
             if self.video is not None and attempt.crash is None:
                 print(f"video: {self.video}")
-        return 0 if attempt.crash is None else _CRASH_EXIT
-
-
-@dataclass(frozen=True)
-class Sweep:
-    """Runs a preset into a folder; the same command again resumes: `beltgrasp sweep demo`."""
-
-    preset: Annotated[Positional[str], arg(metavar="PRESET")]
-    """Name of the preset; `beltgrasp list` names them."""
-    out: Annotated[Path | None, arg(metavar="DIR")] = None
-    """Results folder; out/PRESET if not given."""
-    workers: Annotated[int | None, arg(metavar="N")] = None
-    """Worker processes; one for each processor if not given. The results do not depend on it."""
-    trackers: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ()
-    """Only these, with commas or spaces between; one that the preset lacks, also an import path,
-    takes the cells of its first tracker."""
-    seeds: Annotated[int | None, arg(metavar="N")] = None
-    """Only the first N seeds: a quick look."""
-
-    def run(self) -> int:
-        """Exit code 0, or 1 if any trial crashed."""
-        from experiments.catalogue import require_known
-        from experiments.presets import PRESETS
-        from experiments.sweep import SweepInterrupted, default_worker_count, run_sweep
-
-        require_known("preset", self.preset, PRESETS)
-        if self.seeds is not None and self.seeds < 1:
-            raise ValueError(f"seeds must be 1 or greater, got {self.seeds}")
-        preset = PRESETS[self.preset].restricted(split_names(self.trackers), self.seeds)
-        out = self.out or Path("out") / self.preset
-        workers = default_worker_count() if self.workers is None else self.workers
-        _check_worlds(preset.cells)
-        try:
-            done = run_sweep(preset, out, workers)
-        except SweepInterrupted as interrupt:
-            print(f"beltgrasp: {interrupt}; the same command resumes:", file=sys.stderr)
-            print(f"  {self._command(out)}", file=sys.stderr)
-            return _INTERRUPT_EXIT
-        print(f"{done.success_count} of {done.trial_count} grasps succeeded: {done.trials_path}")
-        print(f"tables and figures: beltgrasp report {out}")
-        if done.error_count:
-            print(
-                f"beltgrasp: {done.error_count} trials crashed; tracebacks: {out / 'errors'}",
-                file=sys.stderr,
-            )
-        return _CRASH_EXIT if done.error_count else 0
-
-    def _command(self, out: Path) -> str:
-        words = ["beltgrasp", "sweep", self.preset, "--out", str(out)]
-        words += ["--trackers", *self.trackers] if self.trackers else []
-        words += ["--seeds", str(self.seeds)] if self.seeds is not None else []
-        return shlex.join(words)
+        return 0 if attempt.crash is None else CRASH_EXIT
 
 
 @dataclass(frozen=True)
@@ -174,9 +124,10 @@ class View:
             os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
         ):
             raise OSError("view needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set")
-        _check_worlds([self.config])
+        from experiments.catalogue import check_worlds
         from experiments.viewer import show
 
+        check_worlds([self.config])
         show(self.config)
         return 0
 
@@ -184,6 +135,7 @@ class View:
 Command: TypeAlias = (
     Annotated[Trial, subcommand("trial")]
     | Annotated[Sweep, subcommand("sweep")]
+    | Annotated[Merge, subcommand("merge")]
     | Annotated[Report, subcommand("report")]
     | Annotated[Compare, subcommand("compare")]
     | Annotated[List, subcommand("list")]
@@ -208,7 +160,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
-        return _fail("interrupted", _INTERRUPT_EXIT)
+        return _fail("interrupted", INTERRUPT_EXIT)
     except (ValueError, OSError, RuntimeError) as error:
         if not _is_the_users(error):
             raise
@@ -223,16 +175,6 @@ def _is_the_users(error: Exception) -> bool:
 def _fail(message: str, exit_code: int) -> int:
     print(f"beltgrasp: error: {' '.join(message.split())}", file=sys.stderr)
     return exit_code
-
-
-def _check_worlds(cells: Sequence[TrialConfig]) -> None:
-    """Raises before any trial starts if a name is unknown or this machine cannot render."""
-    from experiments.catalogue import check_names
-    from experiments.rendering import gl_renderer
-
-    for cell in cells:
-        check_names(cell)
-    gl_renderer()
 
 
 def _parse(arguments: Sequence[str]) -> Command | int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import importlib.metadata
 import json
@@ -17,7 +18,9 @@ from pathlib import Path
 from typing import Any, cast
 
 from experiments import records
+from experiments.config import TrialConfig
 from experiments.presets import Preset
+from experiments.shards import Shard
 
 ROOT = Path(__file__).resolve().parent.parent
 _CODE = ("sim", "tracker", "experiments", "assets", "pyproject.toml", "uv.lock")
@@ -76,8 +79,8 @@ def _from_here(word: str) -> str:
 
 
 def config_hash(preset: Preset) -> str:
-    """Hash of the preset's name and of every field of every trial, in order."""
-    ids = [trial.trial_id for trial in preset.trials]
+    """Hash of the preset's name and of every field of every trial, in order, of all shards."""
+    ids = [trial.trial_id for trial in preset.all_trials]
     return hashlib.sha256(json.dumps([preset.name, ids]).encode()).hexdigest()[:16]
 
 
@@ -86,23 +89,28 @@ def open_manifest(folder: Path, preset: Preset, worker_count: int) -> None:
 
     Raises ValueError where the folder belongs to another preset or holds foreign results.
     """
-    manifest = read_manifest(folder)
+    manifest, own = read_manifest(folder), identity(preset)
     sessions: list[Any] = [] if manifest is None else manifest.get("sessions", [])
     if manifest is None:
         if (folder / "trials.csv").exists():
             raise ValueError(
                 f"{folder} holds a trials.csv without its manifest.json; {OTHER_FOLDER}"
             )
-        manifest = _identity(preset)
+        manifest = own
     elif manifest.get("preset") != preset.name:
         raise ValueError(
             f"{folder} holds results of preset {manifest.get('preset')!r}, "
             f"not of {preset.name!r}; {OTHER_FOLDER}"
         )
-    elif manifest.get("config_hash") != config_hash(preset):
+    elif manifest.get("config_hash") != own["config_hash"]:
         raise ValueError(
             f"{folder} holds results of another version of preset {preset.name!r}: "
             f"its cells or seeds have changed; {OTHER_FOLDER}"
+        )
+    elif manifest.get("shard") != own.get("shard"):
+        raise ValueError(
+            f"{folder} holds {_part(manifest.get('shard'))} of preset {preset.name!r}, "
+            f"not {_part(own.get('shard'))}; {OTHER_FOLDER}"
         )
     write_manifest(folder, manifest | {"sessions": [*sessions, session(worker_count)]})
 
@@ -146,14 +154,48 @@ def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
     records.write_whole(folder / "manifest.json", json.dumps(manifest, indent=2) + "\n")
 
 
-def _identity(preset: Preset) -> dict[str, Any]:
-    return {
+def identity(preset: Preset) -> dict[str, Any]:
+    """What says to which sweep a folder belongs; `read_preset` makes the preset of it again."""
+    content: dict[str, Any] = {
         "preset": preset.name,
         "config_hash": config_hash(preset),
         "cell_count": len(preset.cells),
         "trial_count": len(preset.trials),
         "seeds": list(preset.seeds),
+        "cells": [_settings(cell) for cell in preset.cells],
     }
+    return content if preset.shard is None else content | {"shard": str(preset.shard)}
+
+
+def read_preset(folder: Path) -> Preset:
+    """The sweep, or the shard of one, that a folder holds; ValueError where it tells none."""
+    manifest = read_manifest(folder) or {}
+    if "cells" not in manifest:
+        raise ValueError(f"{folder} has no manifest.json of a sweep that tells its cells")
+    try:
+        shard = manifest.get("shard")
+        preset = Preset(
+            name=manifest["preset"],
+            description="",
+            cells=tuple(TrialConfig(**cell) for cell in manifest["cells"]),
+            seeds=tuple(manifest["seeds"]),
+            shard=None if shard is None else Shard.parse(shard),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{folder / 'manifest.json'} tells no sweep: {error}") from error
+    if manifest["config_hash"] != config_hash(preset):
+        raise ValueError(f"{folder} holds results of another version of beltgrasp")
+    return preset
+
+
+def _settings(cell: TrialConfig) -> dict[str, Any]:
+    """Where the cell differs from a trial's defaults; the seeds stand apart."""
+    standard = dataclasses.asdict(TrialConfig(seed=cell.seed))
+    return {k: v for k, v in dataclasses.asdict(cell).items() if v != standard[k]}
+
+
+def _part(shard: str | None) -> str:
+    return "the whole" if shard is None else f"shard {shard}"
 
 
 def session(worker_count: int) -> dict[str, Any]:

@@ -6,12 +6,12 @@ Members in a row are one gzip file to `zcat`, pandas and everything else that re
 from __future__ import annotations
 
 import gzip
-import os
 import zlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.records import append_bytes
+from experiments import records
 
 _PIECE_BYTES = 1 << 14
 
@@ -26,11 +26,25 @@ class Member:
 
 def append_member(path: Path, text: str) -> None:
     """Adds a text as one member, by a single write; equal texts give equal bytes."""
-    append_bytes(path, gzip.compress(text.encode(), mtime=0))
+    records.append_bytes(path, _deflate(text))
 
 
-def read_members(path: Path, *, cut: bool = False) -> list[Member]:
-    """The whole members of a file that may not exist; with `cut`, a torn last one is removed."""
+def write_members(path: Path, texts: Iterable[str]) -> None:
+    """Replaces the file by these texts in one step; the bytes are those of appending them."""
+    records.write_whole(path, b"".join(map(_deflate, texts)))
+
+
+def keep_members(path: Path, header: str, count: int) -> None:
+    """Leaves so many members behind the header, which a new file gets."""
+    members = read_members(path)[: 1 + count]
+    if members:
+        records.cut_off(path, members[-1].end)
+    else:
+        write_members(path, [header])
+
+
+def read_members(path: Path) -> list[Member]:
+    """The whole members of a file that may not exist; a torn last one is not among them."""
     if not path.exists():
         return []
     data = memoryview(path.read_bytes())
@@ -45,9 +59,11 @@ def read_members(path: Path, *, cut: bool = False) -> list[Member]:
             break
         members.append(member)
         end = member.end
-    if cut and end < len(data):
-        os.truncate(path, end)
     return members
+
+
+def _deflate(text: str) -> bytes:
+    return gzip.compress(text.encode(), mtime=0)
 
 
 def _inflate(data: memoryview, start: int) -> Member | None:

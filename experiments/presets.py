@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from experiments.config import TrialConfig
+from experiments.shards import Shard
 
 
 @dataclass(frozen=True)
@@ -20,20 +21,35 @@ class Preset:
     cells: tuple[TrialConfig, ...]
     """One configuration for each cell of the table; their seeds are replaced."""
     seeds: tuple[int, ...]
+    shard: Shard | None = None
+    """The part of the sweep that this is, if not the whole."""
 
     def __post_init__(self) -> None:
-        if not self.trials:
+        if not (self.cells and self.seeds):
             raise ValueError(f"preset {self.name}: cells and seeds must not be empty")
-        if len(set(self.trials)) != len(self.trials):
+        if len(set(self.all_trials)) != len(self.all_trials):
             raise ValueError(f"preset {self.name}: cells and seeds must not repeat")
+        if not self.trials:
+            raise ValueError(
+                f"shard {self.shard} of preset {self.name} is empty: there are only "
+                f"{len(self.all_trials)} trials"
+            )
 
     @cached_property
-    def trials(self) -> tuple[TrialConfig, ...]:
+    def all_trials(self) -> tuple[TrialConfig, ...]:
         """Every trial in the order of its row: all cells at one seed, then the next seed.
 
         Stopped early, such a sweep leaves the same worlds in every cell.
         """
         return tuple(replace(cell, seed=seed) for seed in self.seeds for cell in self.cells)
+
+    @cached_property
+    def trials(self) -> tuple[TrialConfig, ...]:
+        """The trials to run, in the same order: all of them, or those of the shard."""
+        if self.shard is None:
+            return self.all_trials
+        places = self.shard.places(len(self.cells), len(self.seeds))
+        return tuple(self.all_trials[place] for place in places)
 
     def restricted(self, trackers: Sequence[str] = (), seed_count: int | None = None) -> Preset:
         """The same preset with these trackers and the first seeds only.

@@ -1,7 +1,7 @@
 """Tasks in spawned worker processes of one thread each; the answers come in any order.
 
 A worker that dies (killed, out of memory, a fault in a driver) costs only the task it had; it is
-replaced, and the task is tried once more. One worker is used in the same way as several.
+replaced, and the task is tried again. One worker is used in the same way as several.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -31,7 +31,8 @@ SINGLE_THREAD = {
 }
 """Linear algebra, OpenCV and Mesa's llvmpipe on the calling thread: fastest, and repeatable."""
 
-_TRIES = 2
+_TRIES = 3
+"""A task that was twice unlucky is not yet taken for one that kills its workers."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,38 @@ def limit_threads() -> None:
     os.environ.update(SINGLE_THREAD)
     if "cv2" in sys.modules:
         sys.modules["cv2"].setNumThreads(1)
+
+
+class Workers(Protocol):
+    """Those who do the work: processes of this machine, or of a cluster."""
+
+    @property
+    def count(self) -> int:
+        """How many there are now."""
+        ...
+
+    def run_all(
+        self, work: Callable[[Task], Answer], tasks: Iterable[Task]
+    ) -> Generator[Answer | Lost[Task], None, None]:
+        """Yields the answers as they come, in any order; closing the iterator stops the work."""
+        ...
+
+
+@dataclass(frozen=True)
+class LocalWorkers:
+    """Processes of this machine."""
+
+    count: int
+
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise ValueError(f"workers must be 1 or greater, got {self.count}")
+
+    def run_all(
+        self, work: Callable[[Task], Answer], tasks: Iterable[Task]
+    ) -> Generator[Answer | Lost[Task], None, None]:
+        """Yields the answers as they come, in any order; closing the iterator stops the work."""
+        return run_all(work, tasks, self.count)
 
 
 def run_all(

@@ -6,13 +6,14 @@ last line, which has no line end and is cut off before the next row is written.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import dataclasses
 import io
 import os
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,6 +21,9 @@ from typing import Any, TypeVar
 from experiments.config import TrialConfig, TrialResult, TrialTimings
 
 Row = TypeVar("Row", TrialResult, TrialTimings)
+
+_DETAIL_LIMIT = 1000
+"""Characters of an error's message in its row; Python reads no cell of more than 131 072."""
 
 
 def format_cell(value: object) -> str:
@@ -33,7 +37,7 @@ def format_cell(value: object) -> str:
     if isinstance(value, int):
         return str(value)
     if isinstance(value, str):
-        return " ".join(value.split())
+        return " ".join(value.split()).encode(errors="backslashreplace").decode()
     raise TypeError(f"a cell holds one scalar, got {type(value).__name__}")
 
 
@@ -61,23 +65,41 @@ def append_line(path: Path, line: str) -> None:
 
 def append_bytes(path: Path, data: bytes) -> None:
     """Adds bytes by a single write and waits until they are on the disk."""
-    descriptor = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
-    try:
-        if os.write(descriptor, data) != len(data):
-            raise OSError(f"{path}: the disk took only part of a row")
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    with _naming(path):
+        descriptor = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        try:
+            while data:  # a disk that takes a part says why at the rest
+                data = data[os.write(descriptor, data) :]
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
-def write_whole(path: Path, text: str) -> None:
+def cut_off(path: Path, end: int) -> None:
+    """Takes away what a file holds from that byte on."""
+    if end < path.stat().st_size:
+        with _naming(path):
+            os.truncate(path, end)
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
     """Replaces the file in one step, so that a kill leaves the old or the new one, whole."""
     new = path.with_name(f".{path.name}.new")
-    with new.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(new, path)
+    with _naming(path):
+        with new.open("wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(new, path)
+
+
+@contextlib.contextmanager
+def _naming(path: Path) -> Generator[None, None, None]:
+    """What the system has against the writing is told with the name of the file."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(f"cannot write {path}: {error.strerror}") from error
 
 
 def append_row(path: Path, row: TrialResult | TrialTimings) -> None:
@@ -93,9 +115,18 @@ def whole_lines(path: Path, *, cut: bool = False) -> list[str]:
         return []
     data = path.read_bytes()
     end = data.rfind(b"\n") + 1
-    if cut and end < len(data):
-        os.truncate(path, end)
+    if cut:
+        cut_off(path, end)
     return [line + "\n" for line in data[:end].decode().split("\n")[:-1]]
+
+
+def keep_lines(path: Path, header: str, count: int) -> None:
+    """Leaves so many lines behind the header, which a new file gets."""
+    lines = whole_lines(path)[: 1 + count]
+    if lines:
+        cut_off(path, len("".join(lines).encode()))
+    else:
+        write_whole(path, header)
 
 
 def read_rows(path: Path, row_type: type[Row]) -> list[Row]:
@@ -131,11 +162,11 @@ def error_result(config: TrialConfig, detail: str, provenance: Mapping[str, str]
 
     Args:
         config: What was attempted.
-        detail: The cause in one line.
+        detail: The cause in one line; what is longer than a cell may be is cut off.
         provenance: `preset`, `commit` and `mujoco_version`.
     """
     known: dict[str, Any] = dataclasses.asdict(config) | {"trial_id": config.trial_id}
-    known |= {"outcome": "error", "detail": detail} | dict(provenance)
+    known |= {"outcome": "error", "detail": detail[:_DETAIL_LIMIT]} | dict(provenance)
     return _blank(TrialResult, known)
 
 

@@ -1,4 +1,4 @@
-"""Runs a preset: every cell at every seed, resumable, with the same bytes for any worker count."""
+"""Runs a preset: every cell at every seed, resumable, with the same bytes whoever runs it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from collections import Counter
 from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-from tqdm import tqdm
 
 from experiments import manifest, records
 from experiments.config import TrialResult, TrialTimings
+from experiments.films import Scene, VideoChoice, make_films
 from experiments.presets import Preset
-from experiments.results_folder import ResultsFolder, exclusive
+from experiments.processes import Workers
+from experiments.progress import progress_bar
+from experiments.results_folder import VIDEOS, ResultsFolder, exclusive
 from experiments.workers import RUN_TRIAL, TrialJob, run_all
 
 ASSUMED_TRIAL_S = 6.0
@@ -35,6 +35,10 @@ class SweepSummary:
     trial_count: int
     success_count: int
     error_count: int
+    video_count: int
+    """Videos that were asked for and are there."""
+    lost_video_count: int
+    """Videos that could not be made."""
 
 
 def default_worker_count() -> int:
@@ -45,89 +49,107 @@ def default_worker_count() -> int:
 
 
 def run_sweep(
-    preset: Preset, out_dir: Path, workers: int, run_trial: str = RUN_TRIAL
+    preset: Preset,
+    out_dir: Path,
+    workers: Workers,
+    video: VideoChoice = "none",
+    run_trial: str = RUN_TRIAL,
 ) -> SweepSummary:
     """Runs the trials of `preset` that `out_dir` lacks, and appends their rows as they end.
 
     Args:
-        preset: What to run.
+        preset: What to run: a whole sweep or a shard of one.
         out_dir: Results folder: new, empty, or an unfinished sweep of the same preset.
-        workers: Number of worker processes; the rows do not depend on it.
+        workers: Who runs the trials; the rows do not depend on it.
+        video: Of which trials videos are made, when all have their rows.
         run_trial: Import path `module:function` of the function that runs one trial.
     """
-    if workers < 1:
-        raise ValueError(f"workers must be 1 or greater, got {workers}")
     with exclusive(out_dir):
-        manifest.open_manifest(out_dir, preset, workers)
+        manifest.open_manifest(out_dir, preset, workers.count)
         manifest.warn_of_mixed_code(out_dir)
         folder = ResultsFolder(out_dir, [trial.trial_id for trial in preset.trials])
-        _announce(preset, folder, workers)
-        try:
-            _run_missing(preset, folder, workers, run_trial)
-        except KeyboardInterrupt:
-            kept = len(preset.trials) - len(folder.missing)
-            raise SweepInterrupted(
-                f"stopped; {kept} of {len(preset.trials)} trials are kept in {out_dir}"
-            ) from None
-        results = records.read_rows(folder.trials_path, TrialResult)
-        manifest.close_manifest(out_dir, [row.gl_renderer for row in results if row.gl_renderer])
+        _announce(preset, folder, workers.count)
+        job = TrialJob(preset.name, manifest.provenance(), run_trial)
+        with _telling_what_is_kept(preset, folder, out_dir):
+            _run_missing(job, preset, folder, workers)
+            results = records.read_rows(folder.trials_path, TrialResult)
+            renderers = [row.gl_renderer for row in results if row.gl_renderer]
+            manifest.close_manifest(out_dir, renderers)
+            scenes = map(Scene, preset.trials, [row.outcome for row in results])
+            wanted = [scene for scene in scenes if scene.is_wanted(video)]
+            video_count, lost_video_count = make_films(job, wanted, out_dir / VIDEOS, workers)
     return SweepSummary(
         trials_path=folder.trials_path,
         trial_count=len(results),
         success_count=sum(row.success for row in results),
         error_count=sum(row.outcome == "error" for row in results),
+        video_count=video_count,
+        lost_video_count=lost_video_count,
+    )
+
+
+@contextlib.contextmanager
+def _telling_what_is_kept(
+    preset: Preset, folder: ResultsFolder, out_dir: Path
+) -> Generator[None, None, None]:
+    """Ctrl-C, a full disk and a lost cluster say that nothing finished is lost."""
+    try:
+        yield
+    except (KeyboardInterrupt, OSError) as error:
+        kept = len(preset.trials) - len(folder.missing)
+        text = f"{kept} of {len(preset.trials)} trials are kept in {out_dir}"
+        if isinstance(error, OSError):
+            raise OSError(f"{error}; {text}, and the same command resumes") from error
+        raise SweepInterrupted(f"stopped; {text}") from None
+
+
+def _announce(preset: Preset, folder: ResultsFolder, worker_count: int) -> None:
+    """Says what is about to run and how long that may take."""
+    timings = records.read_rows(folder.timings_path, TrialTimings)
+    trial_s = sum(row.wall_s for row in timings) / len(timings) if timings else ASSUMED_TRIAL_S
+    missing = len(folder.missing)
+    done = len(preset.trials) - missing
+    already = f", {done} of them done" if done else ""
+    duration = _in_words(trial_s * missing / max(1, min(worker_count, missing)))
+    source = "as timed here" if timings else "assumed"
+    print(
+        f"{preset.name}: {describe(preset)}{already}; "
+        f"about {duration} with {worker_count or 'no'} worker{'s' * (worker_count != 1)}"
+        f"{' yet' * (worker_count == 0)} ({trial_s:.2g} s a trial, {source})",
+        file=sys.stderr,
+        flush=True,
     )
 
 
 def describe(preset: Preset) -> str:
     """Size of a preset in words."""
     cells, seeds, trials = len(preset.cells), len(preset.seeds), len(preset.trials)
-    return f"{cells} cells x {seeds} seed{'s' * (seeds > 1)} = {trials} trials"
+    size = f"{cells} cells x {seeds} seed{'s' * (seeds > 1)}"
+    if preset.shard is None:
+        return f"{size} = {trials} trials"
+    return f"shard {preset.shard} of {size}, {trials} of {len(preset.all_trials)} trials"
 
 
-def _announce(preset: Preset, folder: ResultsFolder, workers: int) -> None:
-    """Says what is about to run and how long that may take."""
-    timings = records.read_rows(folder.timings_path, TrialTimings)
-    mean_s = sum(row.wall_s for row in timings) / len(timings) if timings else ASSUMED_TRIAL_S
-    missing = len(folder.missing)
-    expected = tqdm.format_interval(mean_s * missing / min(workers, max(missing, 1)))
-    done = len(preset.trials) - missing
-    already = f", {done} of them done" if done else ""
-    print(
-        f"{preset.name}: {describe(preset)}{already}; "
-        f"about {expected} (min:s) with {workers} worker{'s' * (workers > 1)}",
-        file=sys.stderr,
-        flush=True,
-    )
+def _in_words(duration_s: float) -> str:
+    """A duration to two digits, in the unit that suits it."""
+    for unit, length_s in (("h", 3600.0), ("min", 60.0)):
+        if duration_s >= 1.5 * length_s:
+            return f"{duration_s / length_s:.{1 if duration_s < 10.0 * length_s else 0}f} {unit}"
+    return f"{duration_s:.0f} s"
 
 
-def _run_missing(preset: Preset, folder: ResultsFolder, workers: int, run_trial: str) -> None:
-    job = TrialJob(preset.name, manifest.provenance(), run_trial)
+def _run_missing(job: TrialJob, preset: Preset, folder: ResultsFolder, workers: Workers) -> None:
     missing = [(index, preset.trials[index]) for index in folder.missing]
     attempts = run_all(job, missing, workers)
-    with contextlib.closing(attempts), _progress_bar(preset, folder) as bar:
+    done = len(preset.trials) - len(missing)
+    bar = progress_bar(preset.name, "trial", len(preset.trials), done)
+    with contextlib.closing(attempts), bar:
         counts = Counter(row.outcome for row in records.read_rows(folder.trials_path, TrialResult))
         for attempt in attempts:
             folder.add(attempt)
             counts[attempt.result.outcome] += 1
             bar.set_postfix_str(_running_counts(counts), refresh=False)
             bar.update()
-
-
-@contextlib.contextmanager
-def _progress_bar(preset: Preset, folder: ResultsFolder) -> Generator[tqdm[Any], None, None]:
-    """A bar with the time left; in a log file a line now and then instead of a live one."""
-    bar: tqdm[Any] = tqdm(
-        total=len(preset.trials),
-        initial=len(preset.trials) - len(folder.missing),
-        desc=preset.name,
-        unit="trial",
-        smoothing=0.1,
-        file=sys.stderr,
-        mininterval=0.5 if sys.stderr.isatty() else 15.0,
-    )
-    with bar:
-        yield bar
 
 
 def _running_counts(counts: Counter[str]) -> str:

@@ -9,8 +9,9 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments import processes, records
+from experiments import records
 from experiments.config import TrialConfig, TrialResult, TrialTimings
+from experiments.processes import Lost, Workers
 
 RUN_TRIAL = "experiments.trial:run_trial"
 """Import path of the function that runs a trial; a path, so that a new process can find it."""
@@ -74,13 +75,13 @@ def attempt(
 
 
 def run_all(
-    job: TrialJob, trials: Sequence[tuple[int, TrialConfig]], worker_count: int
+    job: TrialJob, trials: Sequence[tuple[int, TrialConfig]], workers: Workers
 ) -> Generator[Attempt, None, None]:
-    """Yields the attempts as they end, in any order; closing the iterator stops the workers."""
-    answers = processes.run_all(job, trials, worker_count)
+    """Yields the attempts as they end, in any order; closing the iterator stops the work."""
+    answers = workers.run_all(job, trials)
     try:
         for answer in answers:
-            if isinstance(answer, processes.Lost):
+            if isinstance(answer, Lost):
                 yield job.crashed(answer.task, answer.wall_s, answer.remark, answer.remark)
             else:
                 yield answer

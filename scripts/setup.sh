@@ -3,7 +3,7 @@
 #
 #   scripts/setup.sh [--dev] [--peers] [--no-render]
 #
-#   --dev        also what tests, checks and benchmarks need
+#   --dev        also what tests, checks and benchmarks need, the extra `cluster` among it
 #   --peers      OpenCV's contrib wheel, with the trackers to compare with, in place of the default one
 #   --no-render  do not ask for the OpenGL libraries (linting renders nothing)
 set -eu
@@ -134,7 +134,7 @@ if has fits; then export UV_PYTHON_DOWNLOADS="${UV_PYTHON_DOWNLOADS:-never}"; fi
 unset VIRTUAL_ENV # uv warns of any environment other than the project's
 set -- sync --locked
 # --inexact: a demo after the tests does not take the test packages away again
-[ $dev = yes ] || set -- "$@" --no-dev --inexact
+if [ $dev = yes ]; then set -- "$@" --extra cluster; else set -- "$@" --no-dev --inexact; fi
 # The two wheels own the same folder cv2: one only.
 [ $peers = no ] || set -- "$@" --extra peers --no-install-package opencv-python-headless
 [ ! -x "$environment/bin/beltgrasp" ] || set -- "$@" --quiet

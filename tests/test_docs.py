@@ -107,6 +107,7 @@ def parser(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.setattr(cli.Trial, "run", check_trial)
     monkeypatch.setattr(cli.View, "run", check_trial)
     monkeypatch.setattr(cli.Sweep, "run", check_sweep)
+    monkeypatch.setattr(cli.Merge, "run", lambda self: 0)
     monkeypatch.setattr(cli.Report, "run", lambda self: 0)
     monkeypatch.setattr(cli.Compare, "run", lambda self: 0)
     monkeypatch.setattr(cli.List, "run", lambda self: 0)

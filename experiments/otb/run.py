@@ -7,7 +7,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from tqdm import tqdm
 
@@ -26,6 +25,7 @@ from experiments.otb.sequences import (
 )
 from experiments.otb.tracking import Done, Tracking
 from experiments.processes import Lost, run_all
+from experiments.progress import progress_bar
 from experiments.results_folder import exclusive
 
 
@@ -127,7 +127,8 @@ def _run_missing(jobs: Sequence[Job], out: Path, workers: int, complaints: Compl
     missing = [job for job in jobs if not job.boxes_path(out).exists()]
     _announce(jobs, missing, workers)
     answers = run_all(Tracking(out), missing, workers)
-    with contextlib.closing(answers), _progress_bar(jobs, missing) as bar:
+    total, left = (sum(job.frame_count for job in group) for group in (jobs, missing))
+    with contextlib.closing(answers), progress_bar("otb", "frame", total, total - left) as bar:
         for answer in answers:
             done = answer
             if isinstance(done, Lost):
@@ -147,18 +148,4 @@ def _announce(jobs: Sequence[Job], missing: Sequence[Job], workers: int) -> None
         f"{frames} frames to go with {workers} worker{'s' * (workers > 1)}",
         file=sys.stderr,
         flush=True,
-    )
-
-
-def _progress_bar(jobs: Sequence[Job], missing: Sequence[Job]) -> tqdm[Any]:
-    """A bar of frames with the time left; in a log file a line now and then."""
-    total, left = (sum(job.frame_count for job in group) for group in (jobs, missing))
-    return tqdm(
-        total=total,
-        initial=total - left,
-        desc="otb",
-        unit="frame",
-        smoothing=0.05,
-        file=sys.stderr,
-        mininterval=0.5 if sys.stderr.isatty() else 15.0,
     )

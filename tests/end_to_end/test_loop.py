@@ -65,7 +65,8 @@ def test_killed_sweep_of_two_workers_resumes_to_the_bytes_of_one_unbroken(smoke,
         (folder / "trials.csv").write_bytes(b"".join(lines[:3]))
     assert 1 <= len(rows(folder)) < 3
     beltgrasp("sweep", "smoke", "--out", folder, "--workers", "2")
-    assert (folder / "trials.csv").read_bytes() == (smoke / "trials.csv").read_bytes()
+    for name in ("trials.csv", "curves.csv.gz"):
+        assert (folder / name).read_bytes() == (smoke / name).read_bytes()
 
 
 def test_trial_in_another_process_gives_the_row_of_the_sweep(smoke):

@@ -1,8 +1,10 @@
 import json
 import sys
 import types
+from pathlib import Path
 
 import pytest
+import toy_sweep
 
 from experiments import catalogue, cli, presets
 from experiments.presets import Preset, expand
@@ -34,7 +36,7 @@ def toy_trial(toy, registries, monkeypatch):
     """The command line on the toy trial."""
     monkeypatch.setattr("experiments.workers.RUN_TRIAL", toy)
     monkeypatch.setattr("experiments.workers.TrialJob.__init__.__defaults__", (toy,))
-    monkeypatch.setattr("experiments.sweep.run_sweep.__defaults__", (toy,))
+    monkeypatch.setattr("experiments.sweep.run_sweep.__defaults__", ("none", toy))
 
 
 def complain(capsys, *arguments):
@@ -50,7 +52,7 @@ def complain(capsys, *arguments):
 def test_help_names_every_command(capsys):
     assert cli.run(["--help"]) == 0
     text = capsys.readouterr().out
-    for command in ("trial", "sweep", "report", "compare", "list", "view", "otb"):
+    for command in ("trial", "sweep", "merge", "report", "compare", "list", "view", "otb"):
         assert f"• {command}" in text
 
 
@@ -59,8 +61,10 @@ def test_help_needs_no_heavy_import(toy_environment):
 
     code = (
         "import sys; from experiments import cli; "
-        "code = cli.run(['otb', 'run', '--help']) or cli.run(['trial', '--help']); "
-        "heavy = {'numpy', 'mujoco', 'cv2', 'matplotlib', 'sim', 'tracker'} & set(sys.modules); "
+        "commands = ['otb', 'run'], ['sweep'], ['merge'], ['trial']; "
+        "code = any(cli.run([*words, '--help']) for words in commands); "
+        "heavy = {'distributed', 'numpy', 'mujoco', 'cv2', 'matplotlib', 'sim', 'tracker'}; "
+        "heavy &= set(sys.modules); "
         "sys.exit(f'imported {heavy}' if heavy else code)"
     )
     command = [toy_environment["PYTHON"], "-c", code]
@@ -99,10 +103,20 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("sweep demo --seeds 0", "seeds must be 1 or greater, got 0"),
         ("sweep demo --trackers igfp", "tracker must be one of igpf, pf, oracle, csrt; got 'igfp'"),
         ("trial --tracker absent:It", "tracker 'absent:It': No module named 'absent'"),
+        ("sweep demo --shard 4/3", "shard must be I/N with I from 1 to N, got '4/3'"),
+        ("sweep demo --shard half", "shard must be I/N with I from 1 to N, as 2/4, got 'half'"),
+        ("sweep demo --shard 10/10", "shard 10/10 of preset demo is empty: there are only 9"),
+        ("sweep demo --dask nonsense", "no Dask scheduler answers at nonsense"),
+        ("sweep demo --dask a:1 --workers 2", "workers are those of the Dask scheduler"),
+        (
+            "sweep demo --video some",
+            "invalid choice 'some' for argument '--video'. Expected one of",
+        ),
+        ("merge nowhere --out all", "nowhere has no manifest.json of a sweep"),
         ("sweep demo --workers 0", "workers must be 1 or greater, got 0"),
         ("sweep", "Missing from beltgrasp sweep: PRESET Name of the preset"),
         ("swep demo", "Unrecognized options: swep, demo; Available subcommands: trial, sweep"),
-        ("", "Expected one of {trial, sweep, report, compare, list, view, otb}."),
+        ("", "Expected one of {trial, sweep, merge, report, compare, list, view, otb}."),
         ("report nowhere", "nowhere/trials.csv is missing or empty"),
         ("compare nowhere:igpf there", "nowhere/trials.csv is missing or empty"),
     ],
@@ -163,12 +177,32 @@ def test_sweep_and_report_end_to_end(capsys, toy_trial, tmp_path, monkeypatch):
     )
 
 
+def test_shards_are_merged_to_the_whole(capsys, toy_trial, tmp_path, monkeypatch):
+    monkeypatch.setitem(presets.PRESETS, "mini", Preset("mini", "", toy_sweep.CELLS, (0, 1)))
+    monkeypatch.chdir(tmp_path)
+    flags = ["--workers", "1", "--seeds", "2", "--trackers", "pf"]
+    assert cli.run(["sweep", "mini", *flags, "--out", "whole"]) == 0
+    assert cli.run(["sweep", "mini", *flags, "--shard", "1/2"]) == 0
+    assert "mini: shard 1/2 of 2 cells x 2 seeds, 2 of 4 trials; " in capsys.readouterr().err
+    assert cli.run(["merge", "out/mini-shard-1-of-2", "--out", "all"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == "2 rows: all/trials.csv\n"
+    assert "warning: shard 2/2 lacks 2 of 2 trials: " in captured.err
+    assert cli.run(["sweep", "mini", *flags, "--shard", "2/2", "--video", "failures"]) == 0
+    assert "videos: out/mini-shard-2-of-2/videos" in capsys.readouterr().out
+    assert cli.run(["merge", "out/mini-shard-1-of-2", "out/mini-shard-2-of-2", "--out", "all"]) == 0
+    assert capsys.readouterr().out.startswith("4 rows: all/trials.csv")
+    assert Path("all/trials.csv").read_bytes() == Path("whole/trials.csv").read_bytes()
+
+
 def test_ctrl_c_says_how_to_go_on(capsys, toy_trial, tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("experiments.sweep._running_counts", interrupt)
-    assert cli.run(["sweep", "demo", "--out", str(tmp_path / "s"), "--workers", "1"]) == 130
+    flags = ["--workers", "1", "--shard", "1/3", "--video", "all"]
+    assert cli.run(["sweep", "demo", "--out", str(tmp_path / "s"), *flags]) == 130
     lines = capsys.readouterr().err.splitlines()
     assert lines[-2].endswith("the same command resumes:")
-    assert lines[-1] == f"  beltgrasp sweep demo --out {tmp_path / 's'}"
+    command = f"  beltgrasp sweep demo --out {tmp_path / 's'} --shard 1/3 --video all"
+    assert lines[-1] == command

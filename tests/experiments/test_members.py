@@ -6,7 +6,7 @@ import string
 
 import pytest
 
-from experiments.members import append_member, read_members
+from experiments.members import append_member, keep_members, read_members, write_members
 
 TEXTS = ["head\n", "", "".join(random.Random(0).choices(string.printable, k=60_000)), "end\n"]
 
@@ -25,8 +25,7 @@ def test_members_come_back_and_are_one_gzip_file(path):
 
 
 def test_equal_texts_give_equal_bytes(path, tmp_path):
-    for text in TEXTS:
-        append_member(tmp_path / "again.gz", text)
+    write_members(tmp_path / "again.gz", TEXTS)
     assert (tmp_path / "again.gz").read_bytes() == path.read_bytes()
 
 
@@ -36,8 +35,15 @@ def test_a_torn_last_member_is_ignored_and_cut_off(path, torn):
     path.write_bytes(path.read_bytes()[: whole + torn])
     assert [member.text for member in read_members(path)] == TEXTS[:-1]
     assert path.stat().st_size == whole + torn
-    read_members(path, cut=True)
+    keep_members(path, TEXTS[0], len(TEXTS))
     assert path.stat().st_size == whole
+
+
+def test_members_that_are_too_many_are_cut_off_and_a_new_file_gets_its_header(path, tmp_path):
+    keep_members(path, TEXTS[0], 2)
+    assert [member.text for member in read_members(path)] == TEXTS[:3]
+    keep_members(tmp_path / "new.gz", TEXTS[0], 0)
+    assert [member.text for member in read_members(tmp_path / "new.gz")] == TEXTS[:1]
 
 
 def test_what_is_no_gzip_is_told(path, tmp_path):

@@ -31,6 +31,7 @@ def test_header_is_the_fields_of_the_result():
         (7, "7"),
         ("two\nlines\u2028or three", "two lines or three"),
         (math.nan, "nan"),
+        ("a file named \udcff", "a file named \\udcff"),
     ],
 )
 def test_cells_have_one_format(value, text):
@@ -119,3 +120,11 @@ def test_the_row_of_a_crash_has_its_configuration_and_nothing_measured():
     timings = records.error_timings(config, 1.5)
     assert isinstance(timings, TrialTimings)
     assert timings.wall_s == 1.5
+
+
+def test_a_message_longer_than_a_cell_may_be_is_cut_off(tmp_path):
+    provenance = {"preset": "p", "commit": "c", "mujoco_version": "3"}
+    row = records.error_result(TrialConfig(), "it broke " * 50_000, provenance)
+    records.append_row(tmp_path / "trials.csv", row)
+    (read,) = records.read_rows(tmp_path / "trials.csv", TrialResult)
+    assert read.detail.startswith("it broke it broke")

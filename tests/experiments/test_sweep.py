@@ -1,78 +1,20 @@
 import json
 import os
-import shutil
 import signal
-import subprocess
 import time
 
+import numpy as np
 import pytest
+import toy_sweep
+from toy_sweep import LONG_PRESET, PRESET, left_by
 
 from experiments import manifest, records
 from experiments.config import TrialResult, TrialTimings
 from experiments.curves import read_curves
-from experiments.presets import Preset, expand
+from experiments.presets import Preset
+from experiments.processes import LocalWorkers
 from experiments.results_folder import exclusive
 from experiments.sweep import SweepInterrupted, run_sweep
-
-PRESET = Preset("toy", "", expand(tracker=["pf", "igpf"], speed_mps=[0.1, 0.5]), tuple(range(4)))
-
-COMMAND = """
-import sys
-from pathlib import Path
-from experiments.presets import Preset, expand
-from experiments.sweep import run_sweep
-cells = expand(tracker=["pf", "igpf"], speed_mps=[0.1, 0.5])
-preset = Preset("toy", "", cells, tuple(range(4)))
-run_sweep(preset, Path(sys.argv[1]), int(sys.argv[2]), "toy_trial:run_trial")
-"""
-
-
-def left_by(folder):
-    """What does not depend on how a sweep ran."""
-    return {name: (folder / name).read_bytes() for name in ("trials.csv", "curves.csv.gz")}
-
-
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """Folder of an unbroken sweep by one worker; not to be written to."""
-    folder = tmp_path_factory.mktemp("finished") / "toy"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(os.path.dirname(__file__))
-        run_sweep(PRESET, folder, 1, "toy_trial:run_trial")
-    return folder
-
-
-@pytest.fixture
-def unbroken(finished):
-    """Bytes of the rows and curves of an unbroken sweep by one worker."""
-    return left_by(finished)
-
-
-@pytest.fixture
-def copy(finished, tmp_path):
-    """A copy of the unbroken sweep to do harm to."""
-    return shutil.copytree(finished, tmp_path / "copy")
-
-
-def start(folder, workers, environment, **toy_settings):
-    """The sweep in a process of its own, as the leader of a group that can be killed."""
-    return subprocess.Popen(
-        [environment["PYTHON"], "-c", COMMAND, str(folder), str(workers)],
-        env=environment | toy_settings,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-    )
-
-
-def row_count(folder):
-    path = folder / "trials.csv"
-    return path.read_bytes().count(b"\n") - 1 if path.exists() else -1
-
-
-def wait_for_rows(folder, process, count):
-    while row_count(folder) < count and process.poll() is None:
-        time.sleep(0.005)
 
 
 def test_a_sweep_has_one_row_for_each_trial_in_order(finished):
@@ -89,13 +31,16 @@ def test_two_workers_leave_the_bytes_of_one_even_out_of_order(
     monkeypatch.setenv("TOY_SLOW_ONCE", str(tmp_path / "slow_once"))
     monkeypatch.setenv("TOY_SLOW_S", "0.5")
     monkeypatch.setenv("TOY_KILL_ONCE", str(tmp_path / "killed_once"))
-    done = run_sweep(PRESET, tmp_path / "two", 2, toy)
+    done = run_sweep(PRESET, tmp_path / "two", LocalWorkers(2), run_trial=toy)
     assert left_by(tmp_path / "two") == unbroken
     assert not (tmp_path / "two" / "pending.jsonl").exists()
     assert (tmp_path / "killed_once").exists(), "a worker was to die and be replaced"
     assert (done.trial_count, done.error_count) == (16, 0)
     text = capfd.readouterr().err
-    assert "toy: 4 cells x 4 seeds = 16 trials; about 00:48 (min:s) with 2 workers" in text
+    assert (
+        "toy: 4 cells x 4 seeds = 16 trials; about 48 s with 2 workers (6 s a trial, assumed)"
+        in text
+    )
     assert f"success {done.success_count}/16" in text
 
 
@@ -105,15 +50,37 @@ def test_killed_twice_and_run_again_leaves_the_bytes_of_an_unbroken_sweep(
 ):
     folder = tmp_path / "killed"
     for rows_before_the_kill in (3, 9):
-        process = start(folder, workers, toy_environment, TOY_SLEEP_S="0.03")
-        wait_for_rows(folder, process, rows_before_the_kill)
+        process = toy_sweep.start(folder, workers, toy_environment, TOY_SLEEP_S="0.03")
+        toy_sweep.wait_for_rows(folder, process, rows_before_the_kill)
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
         assert process.returncode == -signal.SIGKILL
-    assert 0 < row_count(folder) < 16
-    run_sweep(PRESET, folder, workers, toy)
+    assert 0 < toy_sweep.row_count(folder) < 16
+    run_sweep(PRESET, folder, LocalWorkers(workers), run_trial=toy)
     assert left_by(folder) == unbroken
     assert len(json.loads((folder / "manifest.json").read_text())["sessions"]) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_twenty_kills_of_coordinator_and_workers_change_no_byte(
+    tmp_path, toy, toy_environment, long_unbroken, workers
+):
+    folder = tmp_path / "killed"
+
+    def begin():
+        return toy_sweep.start(
+            folder, workers, toy_environment, preset=LONG_PRESET, TOY_SLEEP_S="0.1"
+        )
+
+    rng = np.random.default_rng(workers)
+    kills = toy_sweep.kill_at_random(folder, begin, toy_sweep.children_of, 20, rng)
+    assert min(kills) > 0
+    assert 0 < toy_sweep.row_count(folder) < len(LONG_PRESET.trials)
+    run_sweep(LONG_PRESET, folder, LocalWorkers(workers), run_trial=toy)
+    assert left_by(folder) == long_unbroken
+    timings = records.read_rows(folder / "timings.csv", TrialTimings)
+    assert [row.trial_id for row in timings] == [trial.trial_id for trial in LONG_PRESET.trials]
 
 
 def test_trials_that_ended_before_their_turn_survive_a_kill(
@@ -121,7 +88,7 @@ def test_trials_that_ended_before_their_turn_survive_a_kill(
 ):
     folder = tmp_path / "killed"
     settings = {"TOY_SLOW_ONCE": str(tmp_path / "slow_once"), "TOY_SLOW_S": "600"}
-    process = start(folder, 2, toy_environment, **settings)
+    process = toy_sweep.start(folder, 2, toy_environment, **settings)
     pending = folder / "pending.jsonl"
     while not records.whole_lines(pending) and process.poll() is None:
         time.sleep(0.005)
@@ -131,7 +98,7 @@ def test_trials_that_ended_before_their_turn_survive_a_kill(
     assert kept
     with pending.open("a") as file:
         file.write('{"index": 15, "tri')
-    run_sweep(PRESET, folder, 2, toy)
+    run_sweep(PRESET, folder, LocalWorkers(2), run_trial=toy)
     assert left_by(folder) == unbroken
     finished = json.loads(kept[0])
     assert finished["timings"] in (folder / "timings.csv").read_text()
@@ -141,19 +108,19 @@ def test_trials_that_ended_before_their_turn_survive_a_kill(
 def test_a_file_cut_anywhere_resumes_to_the_same_bytes(copy, toy, unbroken, part):
     path = copy / "trials.csv"
     path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
-    run_sweep(PRESET, copy, 1, toy)
+    run_sweep(PRESET, copy, LocalWorkers(1), run_trial=toy)
     assert left_by(copy) == unbroken
-    assert row_count(copy) == len(records.read_rows(copy / "timings.csv", TrialTimings))
+    assert toy_sweep.row_count(copy) == len(records.read_rows(copy / "timings.csv", TrialTimings))
 
 
 def test_a_torn_curve_is_cut_off_and_a_missing_one_is_told(copy, toy, unbroken):
     curves = copy / "curves.csv.gz"
     curves.write_bytes(unbroken["curves.csv.gz"] + unbroken["curves.csv.gz"][:15])
-    run_sweep(PRESET, copy, 1, toy)
+    run_sweep(PRESET, copy, LocalWorkers(1), run_trial=toy)
     assert left_by(copy) == unbroken
     curves.write_bytes(unbroken["curves.csv.gz"][:-5])
     with pytest.raises(ValueError, match=r"curves\.csv\.gz is not that of trials\.csv"):
-        run_sweep(PRESET, copy, 1, toy)
+        run_sweep(PRESET, copy, LocalWorkers(1), run_trial=toy)
 
 
 def test_curves_are_those_of_the_rows(finished):
@@ -163,7 +130,7 @@ def test_curves_are_those_of_the_rows(finished):
 
 def test_a_finished_sweep_runs_nothing_again(copy, toy, unbroken, monkeypatch):
     monkeypatch.setenv("TOY_CRASH_SEEDS", "0,1,2,3")
-    done = run_sweep(PRESET, copy, 2, toy)
+    done = run_sweep(PRESET, copy, LocalWorkers(2), run_trial=toy)
     assert done.error_count == 0
     assert left_by(copy) == unbroken
 
@@ -172,7 +139,7 @@ def test_a_crash_is_a_row_and_its_traceback_is_kept(tmp_path, toy, monkeypatch):
     monkeypatch.setenv("TOY_CRASH_SEEDS", "2")
     monkeypatch.setenv("TOY_DEADLY_SEEDS", "3")
     preset = Preset("toy", "", PRESET.cells[:1], tuple(range(5)))
-    done = run_sweep(preset, tmp_path / "out", 2, toy)
+    done = run_sweep(preset, tmp_path / "out", LocalWorkers(2), run_trial=toy)
     rows = records.read_rows(done.trials_path, TrialResult)
     assert [row.outcome == "error" for row in rows] == [False, False, True, True, False]
     assert done.error_count == 2
@@ -180,7 +147,7 @@ def test_a_crash_is_a_row_and_its_traceback_is_kept(tmp_path, toy, monkeypatch):
     text = (tmp_path / "out" / "errors" / f"{rows[2].trial_id}.txt").read_text()
     assert text.startswith("Traceback (most recent call last)")
     assert "ZeroDivisionError: the toy broke" in text
-    assert rows[3].detail == "worker process died 2 times, the last time by SIGKILL"
+    assert rows[3].detail == "worker process died 3 times, the last time by SIGKILL"
 
 
 def test_ctrl_c_keeps_what_is_finished(tmp_path, toy, unbroken, monkeypatch):
@@ -191,27 +158,26 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path, toy, unbroken, monkeypatch):
 
     monkeypatch.setattr("experiments.sweep._running_counts", interrupt)
     with pytest.raises(SweepInterrupted, match="stopped; 1 of 16 trials are kept in"):
-        run_sweep(PRESET, folder, 1, toy)
+        run_sweep(PRESET, folder, LocalWorkers(1), run_trial=toy)
     monkeypatch.undo()
-    monkeypatch.syspath_prepend(os.path.dirname(__file__))
-    run_sweep(PRESET, folder, 1, toy)
+    run_sweep(PRESET, folder, LocalWorkers(1), run_trial=toy)
     assert left_by(folder) == unbroken
 
 
 def test_a_folder_of_another_preset_is_refused_and_left_alone(copy, toy, unbroken):
     other = Preset("other", "", PRESET.cells, PRESET.seeds)
     with pytest.raises(ValueError, match="holds results of preset 'toy', not of 'other'"):
-        run_sweep(other, copy, 1, toy)
+        run_sweep(other, copy, LocalWorkers(1), run_trial=toy)
     longer = Preset("toy", "", PRESET.cells, (*PRESET.seeds, 9))
     with pytest.raises(ValueError, match="another version of preset 'toy'"):
-        run_sweep(longer, copy, 1, toy)
+        run_sweep(longer, copy, LocalWorkers(1), run_trial=toy)
     assert left_by(copy) == unbroken
 
 
 def test_foreign_results_are_not_adopted(tmp_path, toy):
     (tmp_path / "trials.csv").write_text("mine\n")
     with pytest.raises(ValueError, match=r"holds a trials.csv without its manifest.json"):
-        run_sweep(PRESET, tmp_path, 1, toy)
+        run_sweep(PRESET, tmp_path, LocalWorkers(1), run_trial=toy)
     assert (tmp_path / "trials.csv").read_text() == "mine\n"
 
 
@@ -220,12 +186,12 @@ def test_two_sweeps_do_not_share_a_folder(tmp_path, toy):
         exclusive(tmp_path / "out"),
         pytest.raises(ValueError, match="another sweep is writing to"),
     ):
-        run_sweep(PRESET, tmp_path / "out", 1, toy)
+        run_sweep(PRESET, tmp_path / "out", LocalWorkers(1), run_trial=toy)
 
 
-def test_no_workers_are_refused(tmp_path, toy):
+def test_no_workers_are_refused():
     with pytest.raises(ValueError, match="workers must be 1 or greater, got 0"):
-        run_sweep(PRESET, tmp_path / "out", 0, toy)
+        LocalWorkers(0)
 
 
 def test_the_manifest_says_what_ran_where(finished):

@@ -57,7 +57,8 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
 
 def make_curve(config: TrialConfig) -> ErrorCurve:
     """An error that falls from the belief of 0.3 m and is 2 mm larger in truth."""
-    servo_m = 0.3 * np.exp(-np.arange(10 + config.seed % 3) / 5.0)
+    count = int(os.environ.get("TOY_CURVE_SAMPLES", "10")) + config.seed % 3
+    servo_m = 0.3 * np.exp(-np.arange(count) / 5.0)
     servo_m[0] = math.nan
     return ErrorCurve(servo_m, np.nan_to_num(servo_m, nan=0.3) + 0.002)
 
@@ -75,17 +76,19 @@ def run_trial(
     config: TrialConfig, video_path: Path | None = None, *, preset: str = "trial"
 ) -> tuple[TrialResult, TrialTimings, str]:
     """A short trial; slow, crashing or killed where the environment says so."""
-    del video_path
     time.sleep(float(os.environ.get("TOY_SLEEP_S", "0")))
     if _is_first("TOY_SLOW_ONCE"):
         time.sleep(float(os.environ["TOY_SLOW_S"]))
     if str(config.seed) in os.environ.get("TOY_CRASH_SEEDS", "").split(","):
-        raise ZeroDivisionError("the toy broke,\non purpose")
+        message = os.environ.get("TOY_CRASH_MESSAGE", "the toy broke,\non purpose")
+        raise ZeroDivisionError(message)
     if str(config.seed) in os.environ.get("TOY_DEADLY_SEEDS", "").split(","):
         os.kill(os.getpid(), signal.SIGKILL)
     if config.seed == 1 and _is_first("TOY_KILL_ONCE"):
         os.kill(os.getpid(), signal.SIGKILL)
     row = make_row(config, preset)
+    if video_path is not None:
+        video_path.write_text(f"video of {config.trial_id}")
     timings = TrialTimings(
         trial_id=config.trial_id,
         wall_s=time.perf_counter() % 1.0,

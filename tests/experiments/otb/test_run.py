@@ -89,7 +89,7 @@ def test_ctrl_c_keeps_what_is_finished(finished, tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(run, "_progress_bar", lambda *_: Interrupting())
+    monkeypatch.setattr(run, "progress_bar", lambda *_: Interrupting())
     with pytest.raises(KeyboardInterrupt):
         run_otb(request, tmp_path / "out", 1)
     kept = files(tmp_path / "out")
