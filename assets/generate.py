@@ -2,7 +2,7 @@
 
 Every mesh is made here from a few radii and outlines, so no binary file and nobody else's model is
 in the repository. Lengths are metres. The arm is built of revolved profiles, placed and repeated
-by `robots/ur5.xml`; the gripper of bevelled plates; the objects have texture coordinates.
+by the files in `robots/`; the grippers of bevelled plates; the objects have texture coordinates.
 A test runs this and compares.
 """
 
@@ -81,7 +81,7 @@ def _tube(bottom: float, top: float, waist: float, length: float) -> Mesh:
 
 
 def gripper_meshes() -> dict[str, Mesh]:
-    """Body and finger of the gripper, in the frames of `grippers/rg2.xml`."""
+    """Parts of the grippers, in the frames of `grippers/rg2.xml` and `grippers/soft.xml`."""
     body = rounded(
         [
             (-0.030, 0.020, 0.004),
@@ -109,7 +109,31 @@ def gripper_meshes() -> dict[str, Mesh]:
         "palm": plate(body, 0.058, 0.004),
         "cover": plate(0.5 * body + [0.0, 0.036], 0.062, 0.002),
         "finger": plate(finger, 0.024, 0.002),
-    }
+    } | _soft_finger()
+
+
+def _soft_finger() -> dict[str, Mesh]:
+    """One air chamber of the soft finger, and its tip; x = 0 is the axis of the hinge."""
+    chamber = rounded(
+        [
+            (-0.004, 0.0066, 0.0),
+            (-0.004, -0.0066, 0.0),
+            (0.009, -0.0060, 0.004),
+            (0.013, -0.0020, 0.003),
+            (0.013, 0.0020, 0.003),
+            (0.009, 0.0060, 0.004),
+        ]
+    )
+    tip = rounded(
+        [
+            (-0.004, 0.022, 0.003),
+            (-0.004, 0.0, 0.0),
+            (0.009, 0.0, 0.002),
+            (0.006, 0.016, 0.006),
+            (0.001, 0.023, 0.003),
+        ]
+    )
+    return {"bellow": plate(chamber, 0.022, 0.0015), "fingertip": plate(tip, 0.022, 0.0015)}
 
 
 def _tabletop(radius: float, thickness: float) -> Mesh:

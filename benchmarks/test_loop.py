@@ -13,9 +13,9 @@ from experiments.cell import make_cell
 from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.perception import CONTROL_ARMS
+from sim.embodiments import UR5_RG2
 from sim.environment import Environment, load, make_servo
 from sim.grasp import top_down_pose
-from sim.robot import HOME_Q_RAD
 from sim.task_config import TaskConfig
 
 ROUNDS = 5
@@ -79,6 +79,6 @@ def test_physics_of_one_control_step(benchmark, environment):
 
 def test_servo_step(benchmark):
     servo = make_servo()
-    servo.reset(np.array(HOME_Q_RAD))
+    servo.reset(np.array(UR5_RG2.home_q_rad))
     goal = top_down_pose(np.array([0.5, 0.1, 0.2]), 0.4)
     benchmark(servo.step, goal, np.array([0.0, 0.25, 0.0, 0.0, 0.0, 0.0]))

@@ -19,6 +19,7 @@ def catalogue() -> dict[str, dict[str, str]]:
     from experiments.perception import CONTROL_ARMS
     from sim.camera import CAMERAS
     from sim.degradations import DEGRADATIONS, NORMAL
+    from sim.embodiments import EMBODIMENTS
     from sim.motions import MOTIONS
     from sim.objects import OBJECTS
     from tracker.prediction import PREDICTORS
@@ -30,12 +31,15 @@ def catalogue() -> dict[str, dict[str, str]]:
         "trackers": _descriptions(TRACKERS),
         "control arms": _descriptions(CONTROL_ARMS),
         "peers": _peers(),
+        "embodiments": _descriptions(EMBODIMENTS),
         "cameras": _descriptions(CAMERAS),
         "objects": _descriptions(OBJECTS),
         "motions": _descriptions(MOTIONS),
         "conditions": {NORMAL: "bright even light, 640 x 480, noise of 2 levels and 2 mm"}
         | {
-            f"{name}-1 to -{len(entry.levels)}": entry.description
+            f"{name}-1" + (f" to -{count}" if (count := len(entry.levels)) > 1 else ""): (
+                entry.description
+            )
             for name, entry in DEGRADATIONS.items()
         },
         "predictors": _descriptions(PREDICTORS),
@@ -70,7 +74,7 @@ def check_names(config: TrialConfig) -> None:
         require_known("tracker", config.tracker, trackers)
     if is_outside(config.tracker) or config.tracker in names["peers"]:
         get_box_finder(config.tracker).require_available()
-    for field in ("camera", "object", "motion", "predictor"):
+    for field in ("embodiment", "camera", "object", "motion", "predictor"):
         require_known(field, getattr(config, field), names[f"{field}s"])
     get_condition(config.condition)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from experiments.config import TrialConfig
 from experiments.teaching import reference_template
+from sim.embodiments import get_embodiment
 from sim.environment import load, make_servo
 from sim.motions import MOTIONS
 from sim.servo import Servo
@@ -78,6 +79,7 @@ class Cell:
 def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
     """The world that `config` asks for."""
     task = TaskConfig(
+        embodiment=config.embodiment,
         object=config.object,
         camera=config.camera,
         has_camera=has_camera,
@@ -88,17 +90,24 @@ def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
         delay_s=config.delay_s,
         gripper_delay_s=config.gripper_delay_s,
     )
-    cell = _compiled(task.object, task.camera, has_camera, task.carrier)
+    cell = _compiled(task.embodiment, task.object, task.camera, task.carrier, has_camera=has_camera)
     cell.task.configure(task)
     return cell
 
 
 @functools.lru_cache(maxsize=8)
-def _compiled(object_name: str, camera: str, has_camera: bool, carrier: str) -> Cell:
+def _compiled(
+    embodiment: str, object_name: str, camera: str, carrier: str, *, has_camera: bool
+) -> Cell:
     """Compiling takes longer than a trial's first second: a sweep reuses its last cells."""
-    motion = next(name for name, entry in MOTIONS.items() if entry.carrier == carrier)
-    task = TaskConfig(object=object_name, camera=camera, has_camera=has_camera, motion=motion)
-    cell = Cell(load(task), make_servo(carrier_name=carrier))
+    task = TaskConfig(
+        embodiment=embodiment,
+        object=object_name,
+        camera=camera,
+        motion=next(name for name, entry in MOTIONS.items() if entry.carrier == carrier),
+        has_camera=has_camera,
+    )
+    cell = Cell(load(task), make_servo(get_embodiment(embodiment), carrier))
     # A finalizer's own turn at exit may come after EGL's end; registered now, its turn is before.
     release = weakref.finalize(cell, cell.task.close)
     release.atexit = False

@@ -21,6 +21,8 @@ class TrialConfig:
     """Tracker, peer or control arm by name (`beltgrasp list`), or import path `module:Class`."""
     speed_mps: float = 0.25
     """Belt speed [m/s]."""
+    embodiment: str = "ur5-rg2"
+    """Arm and gripper; `beltgrasp list` names them."""
     seed: int = 0
     """World and noise seed; the same seed gives every tracker the same world."""
     camera: str = "far-side"
@@ -107,6 +109,7 @@ class TrialResult:
     trial_id: str
     preset: str
     tracker: str
+    embodiment: str
     camera: str
     condition: str
     object: str

@@ -20,6 +20,8 @@ MOST_SPEEDS = 4
 """Columns of a page: the lowest speed, the highest, and those between at equal steps."""
 
 BAND_PERCENT = [10.0, 50.0, 90.0]
+"""Lower edge, line and upper edge of the band."""
+
 BAR_COUNT = 12
 """Bars of each tracker in a panel."""
 
@@ -139,7 +141,8 @@ def _draw_cell(
     for curve in mine:
         axis.plot(curve.time_s, curve.true_m, color=colour, linewidth=0.4, alpha=0.35)
     errors = stacked([curve.true_m for curve in mine])
-    low, middle, high = np.percentile(errors, BAND_PERCENT, axis=0)
+    band: np.ndarray = np.percentile(errors, BAND_PERCENT, axis=0)
+    low, middle, high = band
     time_s = np.arange(len(middle)) / CURVE_HZ
     axis.fill_between(time_s, low, high, color=colour, alpha=0.2, linewidth=0, label="10 to 90 %")
     axis.plot(time_s, middle, color=colour, linewidth=1.6, label="true, median")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from experiments.config import TrialConfig, TrialTimings
 from experiments.perception import Seeing, make_perception
 from experiments.seeding import Stream, generator
 from experiments.trace import ControlSample, EstimateSample, TrialTrace
-from sim.grasp import Grasp, GraspCommand, GraspConfig, Phase, TargetMotion, servo_error
+from sim.grasp import Grasp, GraspCommand, Phase, TargetMotion, servo_error
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
 from sim.sensor import Frame
@@ -36,11 +37,13 @@ class Loop:
         cell.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))
         self._timestep = cell.environment.reset()
         cell.servo.reset(cell.task.robot.q(cell.environment.physics))
+        embodiment, home = cell.task.embodiment, cell.servo.T_world_tcp
         self.grasp = Grasp(
-            GraspConfig(depth_m=cell.task.prop.spec.grasp_depth_m),
+            replace(embodiment.grasp, depth_m=cell.task.prop.spec.grasp_depth_m),
             1.0 / CONTROL_HZ,
             config.gripper_delay_s,
-            cell.servo.T_world_tcp,
+            home,
+            base_x_m=embodiment.base_x_m,
         )
         self.command: GraspCommand | None = None
         self.frame: Frame | None = None

@@ -141,6 +141,16 @@ _PRESETS = (
         tuple(range(50)),
     ),
     Preset(
+        "real-cell",
+        "Table 4 of [IGPF2021]: UR3, soft gripper, Kinect v2; filters and oracle, 50 boxes a cell",
+        expand(
+            TrialConfig(embodiment="ur3-soft", camera="kinect", condition="kinect-1"),
+            tracker=["igpf", "gpf", "pf", "oracle"],
+            speed_mps=[0.10, 0.15, 0.25],
+        ),
+        tuple(range(50)),
+    ),
+    Preset(
         "speed",
         "up to where success ends: filters and control arms to 1.5 m/s, 30 boxes a cell",
         expand(

@@ -90,18 +90,20 @@ def _draw_bound(axis: Axes, members: Sequence[TrialResult]) -> None:
     (first, *_) = members
     if first.motion != "constant":
         return
-    from sim.grasp import GraspConfig
+    from sim.embodiments import get_embodiment
     from sim.interception import closing_time_s, interceptable_share
     from sim.objects import get_object
     from sim.scenario import ScenarioRange
 
-    _, width_m, height_m = get_object(first.object).size_m
+    spec, embodiment = get_object(first.object), get_embodiment(first.embodiment)
+    _, width_m, height_m = spec.size_m
     speeds = np.linspace(0.0, 3.0, 301)
     share = interceptable_share(
+        embodiment,
         speeds,
         ScenarioRange().offset_m,
-        height_m - GraspConfig().depth_m,
-        closing_time_s(width_m, first.gripper_delay_s),
+        height_m - spec.grasp_depth_m,
+        closing_time_s(embodiment.gripper, width_m, first.gripper_delay_s),
     )
     starts, ends = speeds[share < 1.0][0], speeds[share <= 0.0][0]
     if max(row.speed_mps for row in members) < _NEAR_BOUND * starts:
@@ -133,7 +135,8 @@ def draw_matrix(results: Sequence[TrialResult]) -> Figure | None:
         return None
     panel_keys = [k for k in (*others, "speed_mps") if k != row_key]
     panels = group_by(results, panel_keys)
-    rows = sorted({getattr(row, row_key) for row in results}, key=_ease(results, row_key))
+    values = dict.fromkeys(getattr(row, row_key) for row in results)
+    rows = sorted(values, key=_ease(results, row_key))
     trackers = trackers_of(results)
     columns = max(1, _PAGE_CELLS // len(trackers))
     figure, axes = panel_grid(len(panels), columns, PAGE_WIDTH_IN, row_in=0.6 + 0.2 * len(rows))

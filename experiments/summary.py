@@ -12,7 +12,7 @@ def summary_lines(config: TrialConfig, result: TrialResult, timings: TrialTiming
     """What was tried, how it ended, how exact it was, and what it cost."""
     lines = [
         f"{config.tracker} at {config.speed_mps:g} m/s, seed {config.seed}: "
-        f"{config.camera} camera, {config.condition} condition, "
+        f"{config.embodiment}, {config.camera} camera, {config.condition} condition, "
         f"{1e3 * config.delay_s:g} ms delay, {config.predictor} predictor",
         f"  outcome        {_verdict(result)}",
         f"  criterion      {'met' if result.criterion_met else 'not met'}",

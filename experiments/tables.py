@@ -202,5 +202,12 @@ def blame_table(results: Sequence[TrialResult]) -> Table | None:
 
 
 def _belt_world(row: TrialResult) -> tuple[Any, ...]:
-    """What the oracle meets: the object, the belt, the gripper and the seed."""
-    return row.object, row.motion, row.speed_mps, row.gripper_delay_s, row.seed
+    """What the oracle meets: the arm and its gripper, the object, the belt and the seed."""
+    return (
+        row.embodiment,
+        row.object,
+        row.motion,
+        row.speed_mps,
+        row.gripper_delay_s,
+        row.seed,
+    )

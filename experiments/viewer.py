@@ -19,7 +19,11 @@ from sim.task_config import Episode, TaskConfig
 def show(config: TrialConfig) -> None:
     """Opens a window and returns when it is closed; belt and box move, the arm holds still."""
     task = TaskConfig(
-        object=config.object, camera=config.camera, condition=config.condition, has_camera=False
+        embodiment=config.embodiment,
+        object=config.object,
+        camera=config.camera,
+        condition=config.condition,
+        has_camera=False,
     )
     world: Any = environment.load(task, random_state(config.seed, Stream.SCENE))
     scenario = ScenarioRange().draw(

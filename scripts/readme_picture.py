@@ -1,10 +1,11 @@
-"""Paints docs/images/grasp.jpg: one attempt in four moments, camera above, cell below.
+"""Paints docs/images/: one attempt in four moments each, camera above, cell below.
 
-python scripts/readme_picture.py
+python scripts/readme_picture.py [NAME]
 """
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import cv2
@@ -16,24 +17,37 @@ from experiments.loop import Loop
 from experiments.video import camera_view, cell_view
 from sim.grasp import Phase
 
-CONFIG = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
+PICTURES = {
+    "grasp": TrialConfig(speed_mps=0.5, seed=1),
+    "real-cell": TrialConfig(
+        embodiment="ur3-soft", camera="kinect", condition="kinect-1", speed_mps=0.25, seed=1
+    ),
+}
 MOMENTS = ((Phase.TRACK, 0.05), (Phase.DESCEND, 0.02), (Phase.CLOSE, 0.12), (Phase.HOLD, 0.3))
 """Phases, and how long after their beginning [s]."""
-PATH = Path(__file__).parents[1] / "docs" / "images" / "grasp.jpg"
+FOLDER = Path(__file__).parents[1] / "docs" / "images"
 WIDTH_PX = 400
 
 
 def main() -> None:
+    """Writes the named pictures, or all."""
+    for name in sys.argv[1:] or PICTURES:
+        paint(PICTURES[name], FOLDER / f"{name}.jpg")
+
+
+def paint(config: TrialConfig, path: Path) -> None:
     """Runs the attempt and writes the picture."""
-    loop, columns = Loop(CONFIG, make_cell(CONFIG, has_camera=True)), []
+    loop, columns = Loop(config, make_cell(config, has_camera=True)), []
     while loop.is_running and len(columns) < len(MOMENTS):
         loop.step()
         phase, after_s = MOMENTS[len(columns)]
         if loop.time_s >= loop.grasp.entered_s.get(phase, np.inf) + after_s:
-            views = [camera_view(loop, "camera")[:340], cell_view(loop)[100:]]
+            camera, cell = camera_view(loop, "camera"), cell_view(loop)
+            height_px = len(camera)
+            views = [camera[: round(0.708 * height_px)], cell[round(0.208 * height_px) :]]
             columns.append(np.vstack([_small(view) for view in views]))
-    cv2.imwrite(str(PATH), np.hstack(columns)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])
-    print(PATH)
+    cv2.imwrite(str(path), np.hstack(columns)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])
+    print(path)
 
 
 def _small(view: np.ndarray) -> np.ndarray:

@@ -10,12 +10,10 @@ from dm_control import composer, mjcf
 
 from sim import ASSETS, textures
 from sim.carriers import Carrier
+from sim.embodiments import UR5_RG2, Embodiment
 from sim.robot import Robot
 
 PHYSICS_STEP_S = 1.0 / 480.0
-
-BASE_HEIGHT_M = 0.15
-"""Height of the robot's mounting face above the carrying surface of the belt."""
 
 FLOOR_Z_M = -0.75
 
@@ -26,8 +24,9 @@ ZFAR_M = 20.0
 class Cell(composer.Arena):
     """Work cell with a place for the robot and one for what carries the object."""
 
-    def _build(self) -> None:
+    def _build(self, embodiment: Embodiment = UR5_RG2) -> None:
         self._mjcf_root = mjcf.from_path(str(ASSETS / "cell.xml"))
+        self._raise_pedestal(embodiment)
         textures.apply(self._mjcf_root, "concrete", textures.concrete())
         textures.apply(self._mjcf_root, "busy", textures.busy_print())
         self._lights = tuple(self._mjcf_root.find("light", name) for name in ("key", "fill"))
@@ -38,7 +37,7 @@ class Cell(composer.Arena):
         return self._lights
 
     def attach_robot(self, robot: Robot) -> Any:
-        """Stands the robot on its pedestal at the origin; returns the attachment frame."""
+        """Stands the robot on its pedestal; returns the attachment frame."""
         return self.attach(robot, self._mjcf_root.find("site", "robot"))
 
     def attach_carrier(self, carrier: Carrier) -> Any:
@@ -49,6 +48,19 @@ class Cell(composer.Arena):
         """Shows a busy print on the floor, 0 for none and 1 for all of it."""
         floor = physics.bind(self._mjcf_root.find("geom", "busy_floor")).element_id
         physics.model.geom_rgba[floor, 3] = opacity
+
+    def _raise_pedestal(self, embodiment: Embodiment) -> None:
+        """Puts the pedestal under the embodiment's mounting face."""
+        x, top = embodiment.base_x_m, embodiment.base_height_m
+        half = 0.5 * (top - FLOOR_Z_M)
+        heights = {"pedestal": top - half, "pedestal_cap": top - 0.011, "pedestal_foot": -0.74}
+        for name, z in heights.items():
+            geom = self._mjcf_root.find("geom", name)
+            geom.pos = x, 0.0, z
+            # The model's own pedestal has the radius of the UR5's.
+            geom.size[0] *= embodiment.pedestal_radius_m / UR5_RG2.pedestal_radius_m
+        self._mjcf_root.find("geom", "pedestal").size[1] = half
+        self._mjcf_root.find("site", "robot").pos = x, 0.0, top
 
     def set_light_scale(self, physics: Any, scale: float) -> None:
         """Dims (or brightens) every light of the cell, 1 being the compiled brightness."""

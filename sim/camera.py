@@ -72,6 +72,13 @@ CAMERAS: dict[str, CameraView] = {
         up=(0.0, 0.0, 1.0),
         fovy_rad=math.radians(50.0),
     ),
+    "kinect": CameraView(
+        description="a Kinect v2 across the belt: wider, so nearer than far-side",
+        position_m=(1.40, 0.0, 1.02),
+        look_at_m=(0.50, 0.0, 0.0),
+        up=(0.0, 0.0, 1.0),
+        fovy_rad=math.radians(60.0),
+    ),
     "overhead": CameraView(
         description="straight down on the belt; the hand hides the object while it grasps",
         position_m=(0.50, 0.0, 1.75),

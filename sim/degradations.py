@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from sim.lighting import FlickeringLight, Light, SteadyLight, SwitchedLight
+from sim.time_of_flight import TimeOfFlight
 
 WIDEST_BAR_M = 0.5
 LOOK_ALIKE_COUNT = 3
@@ -36,6 +37,8 @@ class Condition:
     depth_noise_std_m: float = 0.002
     depth_hole_share: float = 0.0
     """Share of the depth pixels without a return, in blots."""
+    time_of_flight: TimeOfFlight | None = None
+    """Depth errors that follow the scene, before `depth_noise_std_m`; None for none."""
     dropped_share: float = 0.0
     """Probability that an image never arrives."""
     late_share: float = 0.0
@@ -115,6 +118,17 @@ DEGRADATIONS: dict[str, Degradation] = {
         tuple(
             {"depth_noise_std_m": std_m, "depth_hole_share": share}
             for std_m, share in ((0.004, 0.02), (0.008, 0.10), (0.016, 0.30))
+        ),
+    ),
+    "kinect": Degradation(
+        "the depth image of a Kinect v2: 512 x 424, noise by distance and angle, flying pixels",
+        (
+            {
+                "width_px": 512,
+                "height_px": 424,
+                "depth_noise_std_m": 0.0,
+                "time_of_flight": TimeOfFlight(),
+            },
         ),
     ),
     "drops": Degradation(

@@ -8,6 +8,7 @@ from dm_control import composer, mjcf
 
 from sim.arena import Cell
 from sim.carriers import CARRIERS
+from sim.embodiments import UR5_RG2, Embodiment
 from sim.robot import Robot
 from sim.servo import Servo, ServoConfig
 from sim.task import ConveyorGrasp
@@ -38,15 +39,21 @@ def load(
     )
 
 
-def make_servo(config: ServoConfig | None = None, carrier_name: str = "belt") -> Servo:
+def make_servo(
+    embodiment: Embodiment = UR5_RG2,
+    carrier_name: str = "belt",
+    config: ServoConfig | None = None,
+) -> Servo:
     """A servo on the cell's own arm, hand and carrier, with the fingers fixed at full opening."""
-    arena, robot, carrier = Cell(), Robot(fixed_fingers=True), CARRIERS[carrier_name]()
+    arena, robot = Cell(embodiment), Robot(embodiment, fixed_fingers=True)
+    carrier = CARRIERS[carrier_name]()
     arena.attach_robot(robot)
     arena.attach_carrier(carrier)
     model: mujoco.MjModel = mjcf.Physics.from_mjcf_model(arena.mjcf_model).model.ptr
     return Servo(
         model,
         config or ServoConfig(),
+        joint_speed_radps=embodiment.arm.joint_speed_radps,
         tcp_site=robot.tcp_site.full_identifier,
         hand_geoms=[geom.full_identifier for geom in robot.hand_geoms],
         belt_geoms=[geom.full_identifier for geom in carrier.solid_geoms],

@@ -77,8 +77,6 @@ class GraspConfig:
 
     wait_y_m: float = -0.58
     """Where along the belt the hand waits for the target."""
-    reach_y_m: float = 0.62
-    """Beyond this the target is let go."""
     join_y_m: float = -0.18
     """Where a fast target is joined, after a third of the reach: there the hand's turn counts."""
     hover_m: float = 0.075
@@ -98,6 +96,7 @@ class GraspConfig:
     """The descent waits above the target while the error is larger."""
     track_poses: int = 3
     open_width_m: float = 0.110
+    """The gripper's stroke."""
     closed_width_m: float = 0.0
     resisted_mps: float = 0.06
     """Closing fingers slower than this have met something."""
@@ -112,9 +111,9 @@ class GraspConfig:
         for name in self.__dataclass_fields__:
             if not math.isfinite(getattr(self, name)):
                 raise ValueError(f"{name} must be finite, got {getattr(self, name)!r}")
-        if self.wait_y_m >= self.reach_y_m:
+        if self.wait_y_m >= self.join_y_m:
             raise ValueError(
-                f"wait_y_m must lie before reach_y_m={self.reach_y_m}, got {self.wait_y_m}"
+                f"wait_y_m must lie before join_y_m={self.join_y_m}, got {self.wait_y_m}"
             )
 
 
@@ -186,6 +185,8 @@ class Grasp:
     closing_delay_s: float
     """Known time from the close command to the first finger motion; Δt₂ of [IGPF2021] Eq. (30)."""
     home_T_world_tcp: np.ndarray
+    base_x_m: float = 0.0
+    """World x of the arm's first axis."""
     phase: Phase = Phase.SEARCH
     entered_s: dict[Phase, float] = field(default_factory=dict)
     """When each phase began."""
@@ -330,7 +331,7 @@ class Grasp:
         """
         last = self._closing_yaw
         if last is None:
-            x, y = T_world_tcp[:2, 3]
+            x, y = T_world_tcp[:2, 3] - [self.base_x_m, 0.0]
             base_turn = math.atan2(self.config.join_y_m, x) - math.atan2(y, x)
             last = math.atan2(T_world_tcp[1, 0], T_world_tcp[0, 0]) + base_turn
         across = target.yaw_rad + 0.5 * math.pi

@@ -14,12 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.arena import BASE_HEIGHT_M
+from sim.arms import Arm
 from sim.conveyor import BELT_CENTRE_X_M
-from sim.robot import FINGER_SPEED_MPS, HOME_Q_RAD, MAX_JOINT_SPEED_RADPS, STROKE_M, dh_forward
-
-TCP_FROM_FLANGE_M = 0.200
-"""Along the flange's z, as in `assets/grippers/rg2.xml`."""
+from sim.embodiments import Embodiment
+from sim.grippers import Gripper
+from sim.robot import Robot
 
 GRID_M = 0.04
 """Step along the belt; the speed is interpolated between."""
@@ -50,38 +49,47 @@ class FollowingSpeed:
         return low
 
 
-def closing_time_s(object_width_m: float, gripper_delay_s: float) -> float:
+def closing_time_s(gripper: Gripper, object_width_m: float, gripper_delay_s: float) -> float:
     """From the close command until the fingers touch an object of that width."""
-    return gripper_delay_s + (STROKE_M - object_width_m) / FINGER_SPEED_MPS
+    return gripper_delay_s + (gripper.stroke_m - object_width_m) / gripper.speed_mps
 
 
 @functools.cache
-def following_speed(offset_m: float, tcp_z_m: float) -> FollowingSpeed:
+def following_speed(embodiment: Embodiment, offset_m: float, tcp_z_m: float) -> FollowingSpeed:
     """Speeds on the line at `offset_m` from the belt's middle, the hand straight down.
 
     Solves the arm's published kinematics [URDescription] from place to place along the belt,
     starting at the waiting pose, so that elbow and wrist never flip.
 
     Args:
+        embodiment: The arm in its place.
         offset_m: Lateral, positive away from the robot.
         tcp_z_m: Height of the tool centre point above the belt while the fingers close.
     """
-    goal = dh_forward(np.array(HOME_Q_RAD))
-    goal[0, 3] = BELT_CENTRE_X_M + offset_m
-    goal[2, 3] = tcp_z_m - BASE_HEIGHT_M + TCP_FROM_FLANGE_M
+    arm, home_rad = embodiment.arm, np.array(embodiment.home_q_rad)
+    tcp_from_flange_m = float(Robot(embodiment).tcp_site.pos[2])
+    goal = arm.forward(home_rad)
+    goal[0, 3] = BELT_CENTRE_X_M + offset_m - embodiment.base_x_m
+    goal[2, 3] = tcp_z_m - embodiment.base_height_m + tcp_from_flange_m
     start_y_m = float(goal[1, 3])
-    upstream = _march(goal, start_y_m, -GRID_M)
-    downstream = _march(goal, start_y_m, GRID_M)
+    upstream, downstream = (
+        _march(arm, home_rad, goal, start_y_m, step_m) for step_m in (-GRID_M, GRID_M)
+    )
     places = [*reversed(upstream[1:]), *downstream]
     return FollowingSpeed(*(np.array(column) for column in zip(*places, strict=True)))
 
 
 def interceptable_share(
-    speeds_mps: np.ndarray, offsets_m: tuple[float, float], tcp_z_m: float, follow_s: float
+    embodiment: Embodiment,
+    speeds_mps: np.ndarray,
+    offsets_m: tuple[float, float],
+    tcp_z_m: float,
+    follow_s: float,
 ) -> np.ndarray:
     """Share of the lanes of a belt from which the hand can take objects, at each belt speed.
 
     Args:
+        embodiment: The arm in its place.
         speeds_mps: (n,) belt speeds.
         offsets_m: Outermost lanes; objects lie anywhere between, uniformly.
         tcp_z_m: Height of the tool centre point above the belt while the fingers close.
@@ -91,32 +99,37 @@ def interceptable_share(
         (n,) shares from 0 to 1.
     """
     lanes = np.linspace(*offsets_m, _LANE_COUNT)
-    fastest = [following_speed(lane, tcp_z_m).fastest_belt_mps(follow_s) for lane in lanes.tolist()]
+    fastest = [
+        following_speed(embodiment, lane, tcp_z_m).fastest_belt_mps(follow_s)
+        for lane in lanes.tolist()
+    ]
     between = np.interp(np.linspace(*offsets_m, 1001), lanes, fastest)
     return np.mean(between >= np.asarray(speeds_mps)[:, np.newaxis], axis=1)
 
 
-def _march(goal: np.ndarray, y_m: float, step_m: float) -> list[tuple[float, float]]:
-    """(place, fastest speed) from `y_m` on until the arm cannot reach farther."""
-    q, places = np.array(HOME_Q_RAD), list[tuple[float, float]]()
+def _march(
+    arm: Arm, q: np.ndarray, goal: np.ndarray, y_m: float, step_m: float
+) -> list[tuple[float, float]]:
+    """(place, fastest speed) from `y_m` on until the arm, from `q` on, cannot reach farther."""
+    places = list[tuple[float, float]]()
     while True:
         goal[1, 3] = y_m
-        solved = _solve(goal, q)
+        solved = _solve(arm, goal, q)
         if solved is None:
             return places
         q, jacobian = solved
         rates = np.abs(np.linalg.solve(jacobian, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]))
-        places.append((y_m, MAX_JOINT_SPEED_RADPS / float(rates.max())))
+        places.append((y_m, 1.0 / float((rates / arm.joint_speed_radps).max())))
         y_m += step_m
 
 
-def _solve(goal: np.ndarray, q_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+def _solve(arm: Arm, goal: np.ndarray, q_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Joint angles of a flange pose near `q_rad` by Newton steps, and their Jacobian (6, 6)."""
     for _ in range(20):
-        T = dh_forward(q_rad)
+        T = arm.forward(q_rad)
         error = _twist(goal, T)
         jacobian = np.column_stack(
-            [_twist(dh_forward(q_rad + d), T) for d in _DIFFERENCE_RAD * np.eye(6)]
+            [_twist(arm.forward(q_rad + d), T) for d in _DIFFERENCE_RAD * np.eye(6)]
         )
         jacobian /= _DIFFERENCE_RAD
         if float(np.abs(error).max()) < _TOLERANCE:

@@ -1,7 +1,7 @@
-"""UR5 arm with an RG2-like two-finger gripper, as one composer entity.
+"""An arm with its gripper, as one composer entity.
 
 The arm is servoed in position with velocity feed-forward, the gripper by a force-limited position
-servo on the opening. Numbers of the arm: [URDescription]; of the gripper: see assets/PROVENANCE.md.
+servo on the opening.
 """
 
 from __future__ import annotations
@@ -13,78 +13,27 @@ from dm_control import composer, mjcf
 from numpy.typing import ArrayLike
 
 from sim import ASSETS
-
-JOINT_NAMES = (
-    "shoulder_pan_joint",
-    "shoulder_lift_joint",
-    "elbow_joint",
-    "wrist_1_joint",
-    "wrist_2_joint",
-    "wrist_3_joint",
-)
-"""Order of every joint vector q."""
-
-HOME_Q_RAD = (-0.980359, -0.937614, 1.064075, -1.697257, -1.570796, -0.980359)
-"""Waiting pose: elbow up, hand straight down and fingers along world x, 0.55 m upstream."""
-
-MAX_JOINT_SPEED_RADPS = np.pi
-"""Speed limit of every joint [URDescription]."""
-
-STROKE_M = 0.110
-"""Largest opening between the pads."""
-
-FINGER_FORCE_N = 40.0
-"""Largest closing force of each finger."""
-
-FINGER_SPEED_MPS = 0.127
-"""Rate at which the opening of the real gripper changes at full speed; callers ramp with it."""
-
-DH_A_M = (0.0, -0.425, -0.39225, 0.0, 0.0, 0.0)
-DH_D_M = (0.089159, 0.0, 0.0, 0.10915, 0.09465, 0.0823)
-DH_ALPHA_RAD = (np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0)
-
-
-def dh_forward(q_rad: np.ndarray) -> np.ndarray:
-    """Pose of the flange in the robot's mounting frame, from the published DH table.
-
-    The Denavit-Hartenberg base frame of the UR5 is the mounting frame (that of `ur5.xml`, x
-    towards the belt) turned by half a circle about z. Source: [URDescription], CB3 table "UR5".
-
-    Args:
-        q_rad: (6,) joint angles in the order of JOINT_NAMES.
-
-    Returns:
-        (4, 4) T_mount_flange; z of the flange points out of the arm.
-    """
-    T = np.diag([-1.0, -1.0, 1.0, 1.0])
-    for q, a, d, alpha in zip(q_rad, DH_A_M, DH_D_M, DH_ALPHA_RAD, strict=True):
-        c, s = np.cos(q), np.sin(q)
-        ca, sa = np.cos(alpha), np.sin(alpha)
-        T = T @ np.array(
-            [
-                [c, -s * ca, s * sa, a * c],
-                [s, c * ca, -c * sa, a * s],
-                [0.0, sa, ca, d],
-                [0.0, 0.0, 0.0, 1.0],
-            ]
-        )
-    return T
+from sim.arms import JOINT_NAMES
+from sim.embodiments import UR5_RG2, Embodiment
 
 
 class Robot(composer.Entity):
-    """UR5 with gripper; its frame is the mounting face of the arm, x towards the work."""
+    """Arm with gripper; its frame is the mounting face of the arm, x towards the work."""
 
-    def _build(self, fixed_fingers: bool = False) -> None:
+    def _build(self, embodiment: Embodiment = UR5_RG2, *, fixed_fingers: bool = False) -> None:
         """Reads both models and bolts the gripper to the flange.
 
         Args:
+            embodiment: Which arm and gripper, and their waiting pose.
             fixed_fingers: Weld the fingers fully open and leave out everything that moves them:
                 the six-joint model that inverse kinematics wants.
         """
-        self._mjcf_root = mjcf.from_path(str(ASSETS / "robots" / "ur5.xml"))
-        self._gripper = mjcf.from_path(str(ASSETS / "grippers" / "rg2.xml"))
+        self._home_q_rad = np.array(embodiment.home_q_rad)
+        self._stroke_m = embodiment.gripper.stroke_m
+        self._mjcf_root = mjcf.from_path(str(ASSETS / embodiment.arm.xml))
+        self._gripper = mjcf.from_path(str(ASSETS / embodiment.gripper.xml))
         if fixed_fingers:
-            _weld_fingers_open(self._gripper)
+            _weld_fingers_open(self._gripper, self._stroke_m)
         self._mjcf_root.find("site", "tool_mount").attach(self._gripper)
 
         self._arm_joints = tuple(self._mjcf_root.find("joint", name) for name in JOINT_NAMES)
@@ -92,6 +41,11 @@ class Robot(composer.Entity):
         self._finger_joints = tuple(
             joint
             for side in ("right_finger", "left_finger")
+            if (joint := self._gripper.find("joint", side)) is not None
+        )
+        self._springs = tuple(
+            joint
+            for side in ("right_bend", "left_bend")
             if (joint := self._gripper.find("joint", side)) is not None
         )
         self._gripper_actuator = self._gripper.find("actuator", "grip")
@@ -116,8 +70,13 @@ class Robot(composer.Entity):
 
     @property
     def finger_joints(self) -> tuple[Any, ...]:
-        """Right and left slide, 0 m closed to STROKE_M / 2 open; empty with fixed fingers."""
+        """Right and left slide, 0 m closed to half the stroke open; empty with fixed fingers."""
         return self._finger_joints
+
+    @property
+    def finger_springs(self) -> tuple[Any, ...]:
+        """Right and left hinge [rad] of fingers that give way; empty for stiff ones."""
+        return self._springs
 
     @property
     def gripper_actuator(self) -> Any | None:
@@ -168,7 +127,7 @@ class Robot(composer.Entity):
     def command_width(self, physics: Any, width_m: float) -> None:
         """Sets the opening the gripper moves to; a set-point inside an object squeezes it."""
         servo = physics.bind(self._gripper_actuator)
-        self._set_control(physics, servo, 0.5 * np.clip(width_m, 0.0, STROKE_M))
+        self._set_control(physics, servo, 0.5 * np.clip(width_m, 0.0, self._stroke_m))
 
     @staticmethod
     def _set_control(physics: Any, servos: Any, control: Any) -> None:
@@ -186,8 +145,12 @@ class Robot(composer.Entity):
         return np.array(physics.bind(self._arm_joints).qvel)
 
     def width_m(self, physics: Any) -> float:
-        """Opening between the pads."""
+        """Opening as the drive has it; fingers that give way bend out of it."""
         return float(np.sum(physics.bind(self._finger_joints).qpos))
+
+    def go_home(self, physics: Any) -> None:
+        """Puts the arm at its waiting pose with the hand open; as `set_configuration` does."""
+        self.set_configuration(physics, self._home_q_rad, self._stroke_m)
 
     def set_configuration(self, physics: Any, q_rad: ArrayLike, width_m: float) -> None:
         """Puts arm and fingers in place, at rest, with their servos holding them there.
@@ -200,6 +163,9 @@ class Robot(composer.Entity):
         self.command_arm(physics, q, np.zeros(6))
         fingers = physics.bind(self._finger_joints)
         fingers.qpos, fingers.qvel = 0.5 * width_m, 0.0
+        if self._springs:
+            springs = physics.bind(self._springs)
+            springs.qpos, springs.qvel = springs.qpos_spring, 0.0
         self.command_width(physics, width_m)
 
 
@@ -207,11 +173,11 @@ def _is_visual(geom: Any) -> bool:
     return geom.dclass is not None and geom.dclass.dclass == "visual"
 
 
-def _weld_fingers_open(gripper: Any) -> None:
-    """Removes every joint, coupling, tendon and actuator, leaving the fingers fully open."""
+def _weld_fingers_open(gripper: Any, stroke_m: float) -> None:
+    """Removes every joint, coupling, tendon and actuator, leaving the fingers open and straight."""
     for kind in ("actuator", "equality", "tendon", "joint"):
         for element in gripper.find_all(kind):
             element.remove()
     for name, direction in (("right_finger", 1.0), ("left_finger", -1.0)):
         finger = gripper.find("body", name)
-        finger.pos = finger.pos + np.array([0.5 * direction * STROKE_M, 0.0, 0.0])
+        finger.pos = finger.pos + np.array([0.5 * direction * stroke_m, 0.0, 0.0])

@@ -6,19 +6,12 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
 
-import cv2
 import numpy as np
 
 from sim.camera import Window
 from sim.degradations import Condition
-
-Image: TypeAlias = tuple[np.ndarray, np.ndarray]
-"""(h, w, 3) uint8 colours and (h, w) float32 depth [m]."""
-
-Develop: TypeAlias = Callable[[Window], Image]
-"""Gives the pixels of what was exposed, in a window: only pixels that somebody looks at cost."""
+from sim.noise import Develop, Image, SensorNoise
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +44,7 @@ class Sensor:
         delay_s: float,
         tick_hz: int,
         rng: np.random.Generator,
+        K: np.ndarray | None = None,
     ) -> None:
         """Prepares the noise.
 
@@ -60,6 +54,7 @@ class Sensor:
             delay_s: From the middle of an exposure until the image has arrived.
             tick_hz: Rate of the physics; exposures begin on its steps.
             rng: The only source of randomness.
+            K: (3, 3) intrinsics; only time of flight asks for them.
         """
         self._condition = condition
         self._tick_hz = tick_hz
@@ -67,7 +62,7 @@ class Sensor:
         self._shots = min(max(round(condition.exposure_s * tick_hz), 1), self._interval)
         self._delay = round(delay_s * tick_hz)
         (self._delivery_rng,) = rng.spawn(1)
-        self._noise = SensorNoise(condition, rng)
+        self._noise = SensorNoise(condition, rng, K)
         self._open: list[Develop] = []
         self._under_way: deque[tuple[int, Frame]] = deque()
         self._count, self._seen_tick, self._is_dropped = 0, -1, False
@@ -110,7 +105,7 @@ class Sensor:
         late = self._happens(self._condition.late_share) * self._condition.late_s
         arrival = max(tick, round(middle + self._delay + late * self._tick_hz))
         frame = Frame(
-            crop=lambda window: noise.on(*_mean_of(shots, window), window),
+            crop=lambda window: noise.on(lambda part: _mean_of(shots, part), window),
             shape_px=self._shape_px,
             time_s=middle / self._tick_hz,
             count=self._count,
@@ -136,91 +131,3 @@ def _mean_of(shots: Sequence[Develop], window: Window) -> Image:
         return images[0]
     colours = np.mean([rgb for rgb, _ in images], axis=0, dtype=np.float32)
     return np.rint(colours).astype(np.uint8), images[len(images) // 2][1]
-
-
-class SensorNoise:
-    """Noise of reading, shot noise, and noise and holes of depth.
-
-    One noise picture a trial, larger than the image, is drawn from `rng`; each frame sees it
-    through a window at a random place. That costs a tenth of fresh noise for every pixel, and the
-    frames of a trial still look independent to anything that compares neighbours.
-    """
-
-    _MARGIN_PX = 64
-    _BLOT_PX = 7
-
-    def __init__(self, condition: Condition, rng: np.random.Generator) -> None:
-        self._rng = rng
-        self._height, self._width = condition.height_px, condition.width_px
-        size = (self._height + self._MARGIN_PX, self._width + self._MARGIN_PX)
-        self._colour = self._depth = self._holes = self._std_of_level = None
-        has_shot_noise = np.isfinite(condition.full_well_e)
-        if has_shot_noise or condition.colour_noise_std > 0.0:
-            noise = rng.standard_normal((*size, 3), np.float32)
-            if has_shot_noise:
-                self._std_of_level = noise_std_of_level(condition)
-                self._colour = noise
-            else:
-                self._colour = np.rint(noise * condition.colour_noise_std).astype(np.int16)
-        if condition.depth_noise_std_m > 0.0:
-            self._depth = rng.standard_normal(size, np.float32) * condition.depth_noise_std_m
-        if condition.depth_hole_share > 0.0:
-            blots = cv2.GaussianBlur(rng.random(size, np.float32), (0, 0), self._BLOT_PX / 2)
-            self._holes = blots < np.quantile(blots, condition.depth_hole_share)
-
-    def draw(self) -> FrameNoise:
-        """The noise of the next image."""
-        return FrameNoise(
-            colour=self._part(self._colour),
-            depth_m=self._part(self._depth),
-            is_hole=self._part(self._holes),
-            std_of_level=self._std_of_level,
-        )
-
-    def _part(self, picture: np.ndarray | None) -> np.ndarray | None:
-        """A part of a noise picture, as large as the image."""
-        if picture is None:
-            return None
-        row, column = self._rng.integers(0, self._MARGIN_PX, 2)
-        return picture[row : row + self._height, column : column + self._width]
-
-
-@dataclass(frozen=True, eq=False)
-class FrameNoise:
-    """The noise of one image; None where a kind of noise is absent."""
-
-    colour: np.ndarray | None
-    """(h, w, 3): grey levels, or deviations where `std_of_level` tells their size."""
-    depth_m: np.ndarray | None
-    """(h, w)"""
-    is_hole: np.ndarray | None
-    """(h, w) bool"""
-    std_of_level: np.ndarray | None
-    """(256,) of `noise_std_of_level`."""
-
-    def on(self, rgb: np.ndarray, depth_m: np.ndarray, window: Window) -> Image:
-        """The noisy pixels of a window: (h, w, 3) uint8 colours, saturated, and (h, w) depth [m].
-
-        A depth of 0 is no return.
-        """
-        if self.colour is not None:
-            noise = self.colour[window]
-            if self.std_of_level is not None:
-                noise = noise * self.std_of_level[rgb]
-            rgb = cv2.add(rgb, noise, dtype=cv2.CV_8U)
-        if self.depth_m is not None:
-            depth_m = depth_m + self.depth_m[window]
-        if self.is_hole is not None:
-            depth_m = np.where(self.is_hole[window], np.float32(0.0), depth_m)
-        return rgb, depth_m
-
-
-def noise_std_of_level(condition: Condition) -> np.ndarray:
-    """(256,) float32 standard deviation at each grey level: reading and shot noise together.
-
-    Source: [EMVA1288]: photon noise is Poisson, the variance of the electrons their number. At
-    `full_well_e` electrons for level 255 a level g has a variance of 255 g / full_well_e levels².
-    """
-    level = np.arange(256, dtype=np.float64)
-    shot_variance = 255.0 * level / condition.full_well_e
-    return np.sqrt(condition.colour_noise_std**2 + shot_variance).astype(np.float32)

@@ -8,6 +8,7 @@ FrameTask alone would have.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mink
@@ -29,8 +30,6 @@ class ServoConfig:
     """Deceleration that the position correction plans with."""
     max_turn_radps: float = 2.5
     braking_radps2: float = 10.0
-    joint_speed_radps: float = np.pi
-    """Published limit of all six joints [UR5DH]."""
     joint_acceleration_radps2: float = 25.0
     """Own choice, since the manufacturer publishes none; torque limits hold besides."""
     clearance_m: float = 0.004
@@ -55,7 +54,9 @@ class AccelerationLimit(mink.Limit):
 
     def __init__(self, model: mujoco.MjModel, acceleration_radps2: float) -> None:
         self._acceleration = acceleration_radps2
-        self._lower, self._upper = model.jnt_range.T
+        is_limited = model.jnt_limited.astype(bool)
+        self._lower = np.where(is_limited, model.jnt_range[:, 0], -np.inf)
+        self._upper = np.where(is_limited, model.jnt_range[:, 1], np.inf)
         self._G = np.vstack([np.eye(model.nv), -np.eye(model.nv)])
         self.last_velocity = np.zeros(model.nv)
 
@@ -92,11 +93,21 @@ class Servo:
         self,
         model: mujoco.MjModel,
         config: ServoConfig,
+        joint_speed_radps: Sequence[float],
         tcp_site: str,
         hand_geoms: list[str],
         belt_geoms: list[str],
     ) -> None:
-        """Args: `model` holds the arm alone, fingers fixed, so that the QP has six unknowns."""
+        """Prepares the quadratic programme.
+
+        Args:
+            model: The arm alone, fingers fixed, so that the programme has six unknowns.
+            config: Gains and limits.
+            joint_speed_radps: (6,) largest speed of each joint.
+            tcp_site: Name of the tool centre point.
+            hand_geoms: Names of what must stay off the belt.
+            belt_geoms: Names of the belt and its rails.
+        """
         if model.nv != 6:
             raise ValueError(f"model must have the arm's 6 joints alone, got nv={model.nv}")
         self._config = config
@@ -108,9 +119,10 @@ class Servo:
         )
         self._acceleration = AccelerationLimit(model, config.joint_acceleration_radps2)
         joints = [model.joint(i).name for i in range(model.njnt)]
+        speeds = dict(zip(joints, joint_speed_radps, strict=True))
         self._hard_limits: list[mink.Limit] = [
             mink.ConfigurationLimit(model),
-            mink.VelocityLimit(model, {name: config.joint_speed_radps for name in joints}),
+            mink.VelocityLimit(model, speeds),
             mink.CollisionAvoidanceLimit(
                 model,
                 [(hand_geoms, belt_geoms)],

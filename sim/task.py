@@ -17,25 +17,28 @@ from sim.arena import Cell
 from sim.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
 from sim.carriers import CARRIERS
 from sim.degradations import Condition, get_condition
+from sim.embodiments import Embodiment, get_embodiment
+from sim.grippers import Gripper
+from sim.noise import Develop, Image
 from sim.objects import Prop, get_object
 from sim.path import Pose
 from sim.referee import Referee
-from sim.robot import HOME_Q_RAD, STROKE_M, Robot
+from sim.robot import Robot
 from sim.scenery import Scenery
-from sim.sensor import Develop, Frame, Image, Sensor
+from sim.sensor import Frame, Sensor
 from sim.task_config import PHYSICS_HZ, Episode, TaskConfig
 
 CONTROL_HZ = 120
 _CUBE_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
-class _Gripper:
+class _GripperControl:
     """The gripper's own controller: a delay, then a set-point of limited speed."""
 
-    def __init__(self, delay_s: float, speed_mps: float) -> None:
-        self._pending = deque([STROKE_M] * round(delay_s * CONTROL_HZ))
-        self._step_m = speed_mps / CONTROL_HZ
-        self._width_m = STROKE_M
+    def __init__(self, gripper: Gripper, delay_s: float) -> None:
+        self._pending = deque([gripper.stroke_m] * round(delay_s * CONTROL_HZ))
+        self._step_m = gripper.speed_mps / CONTROL_HZ
+        self._width_m = gripper.stroke_m
 
     def step(self, command_m: float) -> float:
         self._pending.append(command_m)
@@ -57,8 +60,9 @@ class ConveyorGrasp(composer.Task):
         self.config = config
         self.view: CameraView = get_view(config.camera)
         self.next_episode: Episode | None = None
-        self._arena = Cell()
-        self.robot = Robot()
+        self.embodiment: Embodiment = get_embodiment(config.embodiment)
+        self._arena = Cell(self.embodiment)
+        self.robot = Robot(self.embodiment)
         self.carrier = CARRIERS[config.carrier]()
         self.prop = Prop(get_object(config.object))
         self._arena.attach_robot(self.robot)
@@ -75,10 +79,10 @@ class ConveyorGrasp(composer.Task):
     def configure(self, config: TaskConfig) -> None:
         """Changes what needs no new model, from the next reset on.
 
-        Raises ValueError for another object, camera or carrier, or where one camera has a renderer
-        and the other none.
+        Raises ValueError for another embodiment, object, camera or carrier, or where one camera
+        has a renderer and the other none.
         """
-        for name in ("object", "camera", "carrier", "has_camera"):
+        for name in ("embodiment", "object", "camera", "carrier", "has_camera"):
             if getattr(config, name) != getattr(self.config, name):
                 raise ValueError(
                     f"{name} is {getattr(self.config, name)!r} in the compiled model, "
@@ -108,7 +112,8 @@ class ConveyorGrasp(composer.Task):
     def action_spec(self, physics: Any) -> specs.BoundedArray:
         """Joint positions, joint velocities, opening."""
         del physics
-        high = np.concatenate([np.full(6, 2 * np.pi), np.full(6, np.pi), [STROKE_M]])
+        speeds, stroke_m = self.embodiment.arm.joint_speed_radps, self.embodiment.gripper.stroke_m
+        high = np.concatenate([np.full(6, 2 * np.pi), speeds, [stroke_m]])
         low = np.concatenate([-high[:12], [0.0]])
         return specs.BoundedArray((13,), float, low, high, name="joint_targets_and_width")
 
@@ -127,9 +132,9 @@ class ConveyorGrasp(composer.Task):
         self.next_episode = None
         self.scenario = episode.scenario
         self._sensor = self._make_sensor(episode.sensor_rng)
-        self._gripper = _Gripper(self.config.gripper_delay_s, self.config.finger_speed_mps)
+        self._gripper = _GripperControl(self.embodiment.gripper, self.config.gripper_delay_s)
         self.set_light_scale(physics, self.condition.light(0.0, episode.scenario.start.y_m))
-        self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+        self.robot.go_home(physics)
         start, speed_mps = self.scenario.start, self.scenario.profile(0.0)
         self.place_object(physics, start)
         vx, vy, yaw_rate = self.carrier.velocity_at(start, speed_mps)
@@ -145,7 +150,7 @@ class ConveyorGrasp(composer.Task):
         del random_state
         self.robot.command_arm(physics, action[:6], action[6:12])
         self.robot.command_width(physics, self._gripper.step(float(action[12])))
-        self._is_closing = action[12] < STROKE_M - 1e-6
+        self._is_closing = action[12] < self.embodiment.gripper.stroke_m - 1e-6
         self.carrier.set_speed(physics, self.scenario.profile(float(physics.data.time)))
 
     def before_substep(
@@ -224,7 +229,7 @@ class ConveyorGrasp(composer.Task):
         All that shows is as in a new cell, whatever ran before. Reset the environment afterwards.
         """
         with physics.reset_context():
-            self.robot.set_configuration(physics, HOME_Q_RAD, STROKE_M)
+            self.robot.go_home(physics)
             self.place_object(physics, pose)
             self._scenery.hide(physics)
         self.carrier.show_mark(physics)
@@ -261,7 +266,7 @@ class ConveyorGrasp(composer.Task):
 
     def _make_sensor(self, rng: np.random.Generator) -> Sensor:
         c = self.config
-        return Sensor(self.condition, c.camera_rate_hz, c.delay_s, PHYSICS_HZ, rng)
+        return Sensor(self.condition, c.camera_rate_hz, c.delay_s, PHYSICS_HZ, rng, self.K)
 
     def _make_observables(self) -> dict[str, observable.Observable]:
         read = {

@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.camera import get_view
 from sim.degradations import NORMAL, get_condition
+from sim.embodiments import get_embodiment
 from sim.motions import MOTIONS, draw_profile
 from sim.objects import get_object
 from sim.scenario import Scenario, ScenarioRange
@@ -20,6 +21,7 @@ PHYSICS_HZ = 480
 class TaskConfig:
     """What the cell looks like and where its delays lie."""
 
+    embodiment: str = "ur5-rg2"
     object: str = "box"
     camera: str = "far-side"
     condition: str = NORMAL
@@ -34,8 +36,6 @@ class TaskConfig:
     """From exposure until the image (and what is computed from it) can be used [s]."""
     gripper_delay_s: float = 0.05
     """From a new width command to the first finger motion [s]."""
-    finger_speed_mps: float = 0.127
-    """Speed of the opening, both fingers together."""
     has_camera: bool = True
     """Without a camera nothing is rendered; for control arms that see no image."""
     observes_camera: bool = True
@@ -48,6 +48,7 @@ class TaskConfig:
         return MOTIONS[self.motion].carrier
 
     def __post_init__(self) -> None:
+        get_embodiment(self.embodiment)
         get_object(self.object)
         get_view(self.camera)
         get_condition(self.condition)
@@ -59,7 +60,7 @@ class TaskConfig:
                 f"camera_rate_hz must divide {PHYSICS_HZ} (as {', '.join(rates)} do), "
                 f"got {self.camera_rate_hz!r}"
             )
-        for name in ("delay_s", "gripper_delay_s", "finger_speed_mps"):
+        for name in ("delay_s", "gripper_delay_s"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} must be a number of 0 or more, got {value!r}")

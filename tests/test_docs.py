@@ -88,7 +88,10 @@ def is_placeholder(name: str) -> bool:
 def check_trial(command: cli.Trial | cli.View) -> int:
     from experiments.catalogue import check_names
 
-    config, named = command.config, "tracker camera object motion condition predictor".split()
+    config, named = (
+        command.config,
+        "tracker embodiment camera object motion condition predictor".split(),
+    )
     open_fields = [field for field in named if is_placeholder(getattr(config, field))]
     check_names(replace(config, **{f: getattr(TrialConfig(), f) for f in open_fields}))
     return 0

@@ -50,3 +50,13 @@ def test_template_is_that_of_the_condition_whatever_was_tried_before():
     plain = make_cell(TrialConfig(), has_camera=True).template
     assert plain is not shaded
     assert np.array_equal(plain.picture, picture("normal"))
+
+
+def test_picture_does_not_show_where_the_belt_stopped(sharp):
+    """At the edges of the face a pixel sees some of the belt, whose drawing moves."""
+    cell = make_cell(TrialConfig(), has_camera=True)
+    cell.environment.reset()
+    q = cell.task.robot.q(cell.environment.physics)
+    for _ in range(20):
+        cell.environment.step(np.concatenate([q, np.zeros(6), [0.11]]))
+    assert np.array_equal(picture("normal"), sharp)

@@ -140,5 +140,5 @@ def test_multisampling_is_refused_because_its_depth_is_wrong(view):
 
 
 def test_unknown_view_lists_the_known_ones():
-    with pytest.raises(ValueError, match=r"far-side, overhead; got 'farside'"):
+    with pytest.raises(ValueError, match=r"far-side, kinect, overhead; got 'farside'"):
         get_view("farside")

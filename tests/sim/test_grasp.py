@@ -155,5 +155,5 @@ def test_servo_error_is_zero_at_the_grasp_and_counts_both_parts():
 def test_bad_configs_are_refused():
     with pytest.raises(ValueError, match="hover_m must be finite, got nan"):
         GraspConfig(hover_m=float("nan"))
-    with pytest.raises(ValueError, match="wait_y_m must lie before"):
+    with pytest.raises(ValueError, match="wait_y_m must lie before join_y_m"):
         GraspConfig(wait_y_m=0.9)

@@ -56,7 +56,11 @@ def volume_m3(mesh) -> float:
 
 
 @pytest.mark.parametrize(
-    "path", ["robots/ur5.xml", "grippers/rg2.xml", "conveyor.xml", "turntable.xml", "cell.xml"]
+    "path",
+    [
+        *("robots/ur5.xml", "robots/ur3.xml", "grippers/rg2.xml", "grippers/soft.xml"),
+        *("conveyor.xml", "turntable.xml", "cell.xml"),
+    ],
 )
 def test_model_files_load_on_their_own(path):
     assert mujoco.MjModel.from_xml_path(str(ASSETS / path)).nbody >= 1

@@ -5,8 +5,8 @@ from dm_control import mjcf
 from sim import ASSETS
 from sim.arena import Cell
 from sim.conveyor import BELT_CENTRE_X_M, Conveyor
+from sim.grippers import RG2
 from sim.objects import OBJECTS, Prop
-from sim.robot import STROKE_M
 
 
 @pytest.fixture(params=sorted(OBJECTS))
@@ -33,7 +33,7 @@ def test_object_compiles_with_its_stated_mass(spec):
 
 def test_object_fits_the_gripper(spec):
     long, across, _ = spec.size_m
-    assert across + 0.02 <= STROKE_M
+    assert across + 0.02 <= RG2.stroke_m
     assert long >= across
 
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sim.embodiments import UR5_RG2
 from sim.environment import make_servo
 from sim.grasp import top_down_pose
-from sim.robot import HOME_Q_RAD
 from sim.servo import Servo, ServoConfig, braking_speed
 
 DT = 1.0 / ServoConfig().rate_hz
@@ -21,7 +21,7 @@ def shared_servo() -> Servo:
 
 @pytest.fixture
 def servo(shared_servo) -> Servo:
-    shared_servo.reset(np.array(HOME_Q_RAD))
+    shared_servo.reset(np.array(UR5_RG2.home_q_rad))
     return shared_servo
 
 
@@ -49,7 +49,7 @@ def test_reaches_a_still_goal_without_overshoot(servo):
 def test_velocity_and_acceleration_stay_within_limits(servo):
     config = ServoConfig()
     velocities, _ = drive(servo, top_down_pose(np.array([0.55, 0.55, 0.30]), -1.2), 240)
-    assert np.abs(velocities).max() <= config.joint_speed_radps + 1e-6
+    assert (np.abs(velocities) <= np.array(UR5_RG2.arm.joint_speed_radps) + 1e-6).all()
     accelerations = np.diff(velocities, axis=0, prepend=np.zeros((1, 6))) / DT
     assert np.abs(accelerations).max() <= config.joint_acceleration_radps2 * (1 + 1e-3)
 
@@ -101,5 +101,5 @@ def test_braking_speed_never_asks_for_more_than_the_braking(distance, gain_hz, b
 def test_bad_configs_are_refused():
     with pytest.raises(ValueError, match="gain_hz must be a positive number, got nan"):
         ServoConfig(gain_hz=float("nan"))
-    with pytest.raises(ValueError, match="joint_speed_radps"):
-        ServoConfig(joint_speed_radps=-1.0)
+    with pytest.raises(ValueError, match="braking_mps2"):
+        ServoConfig(braking_mps2=-1.0)

@@ -8,9 +8,9 @@ import pytest
 from dm_env import StepType
 
 from sim.environment import load
+from sim.grippers import RG2
 from sim.motions import ConstantSpeed
 from sim.path import Pose
-from sim.robot import STROKE_M
 from sim.scenario import Scenario
 from sim.task import CONTROL_HZ
 from sim.task_config import Episode, TaskConfig
@@ -23,7 +23,7 @@ def environment():
     environment.task.close()
 
 
-def still(environment, width_m: float = STROKE_M) -> np.ndarray:
+def still(environment, width_m: float = RG2.stroke_m) -> np.ndarray:
     """The action that stays in place."""
     q = environment.task.robot.q(environment.physics)
     return np.concatenate([q, np.zeros(6), [width_m]])
@@ -83,11 +83,11 @@ def test_fingers_start_late_and_close_at_the_gripper_s_speed(environment):
     for _ in range(CONTROL_HZ):
         widths.append(float(environment.step(action).observation["robot/width_m"]))
     times = np.arange(1, CONTROL_HZ + 1) / CONTROL_HZ
-    started = times[np.array(widths) < STROKE_M - 0.001][0]
+    started = times[np.array(widths) < RG2.stroke_m - 0.001][0]
     assert 0.05 < started < 0.10
     half_way = (times > 0.3) & (times < 0.6)
     speed = -np.polyfit(times[half_way], np.array(widths)[half_way], 1)[0]
-    assert speed == pytest.approx(environment.task.config.finger_speed_mps, rel=0.02)
+    assert speed == pytest.approx(RG2.speed_mps, rel=0.02)
 
 
 def test_object_rides_at_belt_speed_and_is_gone_at_the_end(environment):
@@ -163,10 +163,11 @@ def test_another_object_camera_or_carrier_needs_a_new_model(environment):
         ("camera_rate_hz", 50.0, "camera_rate_hz must divide 480"),
         ("camera_rate_hz", math.nan, "camera_rate_hz must divide 480"),
         ("delay_s", -0.1, "delay_s must be a number of 0 or more, got -0.1"),
-        ("camera", "under", "camera must be one of far-side, overhead; got 'under'"),
+        ("camera", "under", "camera must be one of far-side, kinect, overhead; got 'under'"),
         ("condition", "foggy", "condition must be normal, or NAME-LEVEL"),
         ("motion", "zigzag", "motion must be one of constant"),
         ("speed_mps", -1.0, "speed_mps must be finite and >= 0"),
+        ("embodiment", "ur7", "embodiment must be one of ur5-rg2, ur3-soft; got 'ur7'"),
         (
             "object",
             "ball",
