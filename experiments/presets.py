@@ -82,15 +82,31 @@ def expand(base: TrialConfig | None = None, **axes: Iterable[Any]) -> tuple[Tria
     )
 
 
-_PAPER_SPEEDS_MPS = (0.10, 0.15, 0.20, 0.25, 0.50, 0.75, 1.00, 1.25)
-"""The four of [IGPF2021], and on until success ends."""
+_PAPER_SPEEDS_MPS = (0.10, 0.15, 0.20, 0.25)
+"""The belt speeds of [IGPF2021]."""
+_SPEEDS_ON_MPS = (0.50, 0.75, 1.00, 1.25)
+"""On to where success ends."""
+
+_FILTERS = ("igpf", "gpf", "pf")
+
+_PAPER = (
+    expand(tracker=_FILTERS, speed_mps=[*_PAPER_SPEEDS_MPS, *_SPEEDS_ON_MPS])
+    + expand(
+        tracker=_FILTERS,
+        condition=["dark-3", "switch-3", "resolution-2", "resolution-3"],
+        speed_mps=[*_PAPER_SPEEDS_MPS, 0.50],
+    )
+    + expand(TrialConfig(camera="overhead"), tracker=_FILTERS, speed_mps=[*_PAPER_SPEEDS_MPS, 0.50])
+    + expand(tracker=["oracle"], speed_mps=[*_PAPER_SPEEDS_MPS, *_SPEEDS_ON_MPS])
+)
 
 _STRESS = expand(
     TrialConfig(speed_mps=0.50),
-    tracker=["igpf", "gpf", "pf"],
+    tracker=_FILTERS,
     condition=[
         *("normal", "dark-4", "switch-4", "flicker-4", "resolution-2", "resolution-3"),
         *("blur-3", "noise-4", "depth-3", "drops-4", "late-3"),
+        *("occlusion-4", "clutter-3", "distractors-2"),
     ],
     motion=["constant", "sine", "stop-and-go"],
 )
@@ -131,13 +147,8 @@ _PRESETS = (
     ),
     Preset(
         "paper",
-        "Tables 3, 5, 6 of [IGPF2021]: three filters, light and resolution, 50 boxes a cell",
-        expand(
-            tracker=["igpf", "gpf", "pf"],
-            condition=["normal", "dark-3", "switch-3", "resolution-2", "resolution-3"],
-            speed_mps=_PAPER_SPEEDS_MPS,
-        )
-        + expand(tracker=["oracle"], speed_mps=_PAPER_SPEEDS_MPS),
+        "Tables 3, 5, 6 of [IGPF2021]: filters, light, resolution, overhead; 50 boxes a cell",
+        _PAPER,
         tuple(range(50)),
     ),
     Preset(
