@@ -15,7 +15,7 @@ from experiments.loop import Loop
 from experiments.perception import CONTROL_ARMS
 from sim.embodiments import UR5_RG2
 from sim.environment import Environment, load, make_servo
-from sim.grasp import top_down_pose
+from sim.hand_motion import top_down_pose
 from sim.task_config import TaskConfig
 
 ROUNDS = 5

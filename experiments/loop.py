@@ -12,10 +12,11 @@ from experiments.config import TrialConfig, TrialTimings
 from experiments.perception import Seeing, make_perception
 from experiments.seeding import Stream, generator
 from experiments.trace import ControlSample, EstimateSample, TrialTrace
-from sim.grasp import Grasp, GraspCommand, Phase, TargetMotion, servo_error
+from sim.grasp import Grasp, GraspCommand, Phase, servo_error
 from sim.referee import PhysicalRecord
 from sim.scenario import ScenarioRange
 from sim.sensor import Frame
+from sim.target_motion import TargetMotion
 from sim.task import CONTROL_HZ
 from sim.task_config import Episode
 from tracker.perception import TargetObservation

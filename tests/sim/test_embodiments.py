@@ -6,7 +6,7 @@ import pytest
 from sim.conveyor import BELT_CENTRE_X_M
 from sim.embodiments import EMBODIMENTS, UR3_SOFT, UR5_RG2, get_embodiment
 from sim.environment import make_servo
-from sim.grasp import top_down_pose
+from sim.hand_motion import top_down_pose
 from sim.scenario import ScenarioRange
 from sim.servo import Servo
 

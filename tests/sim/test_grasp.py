@@ -4,18 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from sim.grasp import (
-    Grasp,
-    GraspConfig,
-    Phase,
-    UniformMotion,
-    run_up,
-    servo_error,
-    top_down_pose,
-)
+from sim.grasp import Grasp, GraspConfig, Phase, servo_error
+from sim.hand_motion import top_down_pose
+from sim.target_motion import UniformMotion
 
 DT = 1.0 / 120.0
 HOME = top_down_pose(np.array([0.5, -0.55, 0.25]), 0.0)
@@ -118,26 +110,6 @@ def test_grip_ends_feedback_from_the_object_in_the_hand():
         motion = motion.after(DT)
     assert grasp.phase is Phase.HOLD
     assert hand[0, 3] == pytest.approx(0.52, abs=0.012)
-
-
-@given(st.floats(0.01, 1.5), st.floats(1.0, 10.0))
-def test_run_up_meets_the_target_smoothly(speed_mps, acceleration):
-    wait = -0.6
-    length = speed_mps**2 / (2 * acceleration)
-    assert run_up(wait - length, speed_mps, wait, acceleration) == pytest.approx((wait, 0.0))
-    end, end_speed = run_up(wait + length, speed_mps, wait, acceleration)
-    assert (end, end_speed) == pytest.approx((wait + length, speed_mps))
-    dt = 1e-6
-    y = wait + 0.3 * length
-    here, velocity = run_up(y, speed_mps, wait, acceleration)
-    later, _ = run_up(y + speed_mps * dt, speed_mps, wait, acceleration)
-    assert (later - here) / dt == pytest.approx(velocity, abs=1e-3 + 1e-3 * speed_mps)
-
-
-def test_target_that_comes_the_other_way_is_met_where_it_is():
-    assert run_up(0.1, -0.25, -0.6, 4.0) == (0.1, -0.25)
-    assert run_up(-0.7, -0.25, -0.6, 4.0) == (-0.6, 0.0)
-    assert run_up(-0.7, 0.0, -0.6, 4.0) == (-0.6, 0.0)
 
 
 def test_servo_error_is_zero_at_the_grasp_and_counts_both_parts():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sim.embodiments import UR5_RG2
 from sim.environment import make_servo
-from sim.grasp import top_down_pose
+from sim.hand_motion import top_down_pose
 from sim.servo import Servo, ServoConfig, braking_speed
 
 DT = 1.0 / ServoConfig().rate_hz
