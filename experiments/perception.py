@@ -6,6 +6,7 @@ truth; here alone truth can become what the arm is told.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections import deque
 from collections.abc import Callable
@@ -65,12 +66,11 @@ def make_perception(config: TrialConfig, cell: Cell) -> Perception:
     """The tracker or control arm that `config` names."""
     if config.tracker == "oracle":
         return Oracle(cell.read_truth)
-    predictor = make_predictor(config.predictor)
     rng = generator(config.seed, Stream.TRACKER)
     if config.tracker == "oracle-noisy":
         return NoisyOracle(
             cell.read_truth,
-            predictor,
+            make_predictor(config.predictor),
             config.camera_rate_hz,
             config.delay_s,
             cell.task.view.T_world_camera,
@@ -89,15 +89,16 @@ def make_perception(config: TrialConfig, cell: Cell) -> Perception:
         y_range_m=y_range_m,
     )
     tracker = TargetTracker(settings, cell.template, (length_m, width_m), view, rng)
-    return Seeing(tracker, predictor)
+    return Seeing(tracker, functools.partial(make_predictor, config.predictor))
 
 
 class Seeing:
     """A tracker on the camera's images, and a predictor over the delays."""
 
-    def __init__(self, tracker: TargetTracker, predictor: Predictor) -> None:
+    def __init__(self, tracker: TargetTracker, make_predictor: Callable[[], Predictor]) -> None:
         self._tracker = tracker
-        self._predictor = predictor
+        self._make_predictor = make_predictor
+        self._predictor = make_predictor()
         self._image_count = 0
         self.pose_count = 0
         self.last: TargetObservation | None = None
@@ -109,6 +110,8 @@ class Seeing:
             return None
         self._image_count = frame.count
         self.last = seen = self._tracker.update(frame)
+        if seen.is_correction:  # the history is that of something else
+            self._predictor = self._make_predictor()
         pose = seen.pose if seen.pose is not None and seen.pose.is_usable else None
         if pose is not None:
             self._predictor.update(pose)

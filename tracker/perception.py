@@ -1,6 +1,10 @@
 """From RGB-D images to the target's pose: the patent's 2-D tracking and 3-D reconstruction.
 
 searching --two consistent detections--> tracking <--> uncertain --> lost --> searching.
+
+A target that comes into view is found while a part of it is still outside, and then at low
+resolution beside its true place. So a track counts as unconfirmed until a detection clear of the
+image's border agrees with it; one that finds a better match elsewhere starts the track anew.
 """
 
 from __future__ import annotations
@@ -22,6 +26,12 @@ from tracker.template import Template
 
 _MAX_DETECTION_GAP_S = 0.25
 _MAX_DETECTION_TURN_RAD = 0.35
+_CLEARANCE = 1.5
+"""A target grown by this factor lies in the image when it is clear of the border."""
+_CHECK_EVERY = 3
+"""Images from one attempt to confirm a track to the next."""
+_AGREEMENT = 0.15
+"""Two places of the target are the same if they are no further apart, in template units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +48,8 @@ class TargetObservation:
     """(4, 2) corners of the target in the camera image, for drawing; may be empty."""
     particles_px: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
     """(n, 2) particle centres in the camera image, for drawing; may be empty."""
+    is_correction: bool = False
+    """Whether the track begins anew because what was followed before was not the target."""
 
 
 class TargetTracker:
@@ -73,6 +85,7 @@ class TargetTracker:
         self._status = Status.SEARCHING
         self._sighting: Sighting | None = None
         self._time_s = -math.inf
+        self._is_confirmed, self._is_disproved, self._checked_ago = False, False, 0
 
     @property
     def status(self) -> Status:
@@ -97,6 +110,8 @@ class TargetTracker:
         self._status = estimate.status
         if estimate.status is Status.LOST:
             self._sighting = None
+        elif self._is_refuted(estimate, image):
+            return TargetObservation(None, None, self._status)
         return self._report(estimate, overhead, time_s)
 
     def _search(self, image: OverheadImage, time_s: float) -> TargetObservation:
@@ -112,7 +127,38 @@ class TargetTracker:
         self._backprojector.reset()
         self._follower.start(image, now, first)
         self._status = Status.TRACKING
-        return self._report(sighted(found), image, time_s)
+        is_correction, self._is_disproved = self._is_disproved, False
+        self._is_confirmed, self._checked_ago = self._config.is_static, 0
+        report = self._report(sighted(found), image, time_s)
+        return replace(report, is_correction=is_correction)
+
+    def _is_refuted(self, estimate: WarpEstimate, image: CameraImage) -> bool:
+        """Confirms the track, or drops it for a better match somewhere else."""
+        self._checked_ago += 1
+        is_due = not self._is_confirmed and self._checked_ago >= _CHECK_EVERY
+        if not (is_due and estimate.status is Status.TRACKING and self._is_clear(estimate.warp)):
+            return False
+        self._checked_ago = 0
+        overhead = self._view.rectify(image)
+        found = self._detector.detect(overhead.grey, overhead.visibility, overhead.height_m)
+        if found is None:
+            return False
+        away = aff2.difference(found.warp, estimate.warp)
+        self._is_confirmed = bool(
+            np.hypot(away[4], away[5]) <= _AGREEMENT and abs(away[2]) <= _MAX_DETECTION_TURN_RAD
+        )
+        if self._is_confirmed or found.ncc <= estimate.ncc:
+            return False
+        self._status, self._is_disproved = Status.SEARCHING, True
+        self._sighting = Sighting(found, image.time_s)
+        return True
+
+    def _is_clear(self, warp: np.ndarray) -> bool:
+        """Whether the target, and half of its size more, lies in the camera's image."""
+        grown = self._corners * [[_CLEARANCE], [_CLEARANCE], [1.0]]
+        q = self._view.camera_of_pixel((warp @ grown)[:2].T)
+        height, width = self._view.image_shape_px
+        return bool((q >= 0).all() and (q <= [width - 1, height - 1]).all())
 
     def _is_same(self, first: Sighting, now: Sighting) -> bool:
         gap_s = now.time_s - first.time_s

@@ -35,6 +35,18 @@ def test_same_trial_gives_the_same_row_whatever_ran_before(igpf_row):
     assert trial.run_trial(IGPF)[0] == igpf_row
 
 
+def test_a_corrected_track_forgets_where_the_wrong_one_went():
+    """At this resolution the half of the box that is in view first looks like a whole one."""
+    config = TrialConfig(tracker="igpf", speed_mps=0.1, seed=1, condition="resolution-2")
+    loop = Loop(config, make_cell(config, has_camera=True))
+    while loop.trace.control[-1:] == [] or loop.trace.control[-1].true_position_m[1] < -0.72:
+        loop.step()
+    first = next(e.time_s for e in loop.trace.estimates if e.position_m is not None)
+    assert first < loop.time_s - 0.5
+    target, truth = loop.perception.predict(loop.time_s), loop.trace.control[-1]
+    np.testing.assert_allclose(target.position_m[:2], truth.true_position_m[:2], atol=6e-3)
+
+
 def test_tracker_sees_images_only(monkeypatch):
     """With the simulator's truth out of reach, the row of a tracker stays the same."""
     world = make_cell(IGPF, has_camera=True)
