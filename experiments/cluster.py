@@ -5,6 +5,7 @@ Workers may come, go and die: Dask runs a task again, and only the coordinator w
 
 from __future__ import annotations
 
+import gc
 import logging
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
@@ -37,8 +38,13 @@ class DaskWorkers:
         self._address = address
         try:
             self._client: Any = distributed.Client(address, timeout=CONNECT_TIMEOUT_S)
+            return
         except (OSError, ValueError) as error:
-            raise OSError(f"no Dask scheduler answers at {address}: {error}") from error
+            reason = str(error)
+        # A client that failed ends itself when it is forgotten; at a moment of the collector's own
+        # choosing, as within the start of the next one, both would wait for the same lock.
+        gc.collect()
+        raise OSError(f"no Dask scheduler answers at {address}: {reason}")
 
     def __enter__(self) -> DaskWorkers:
         return self
