@@ -139,6 +139,9 @@ _AFFINE_COLUMNS = (
 )
 """Column of the CSV (one is derived), label, factor and digits for people."""
 
+_HEAVY_TAILED = ("nees", "calibrated_nees", "resampling_distance")
+"""A few frames of a lost target rule the mean of these; people see the median, the CSV has both."""
+
 
 def affine_table(results: OtbResults) -> Table | None:
     """Median and mean of the sizes of the affine errors over all visible frames; None if none."""
@@ -153,7 +156,10 @@ def affine_table(results: OtbResults) -> Table | None:
         for name in ("protocol", "tracker", "frames")
     ]
     columns += [
-        Column(f"{label} median, mean", partial(_show_both, key=key, factor=factor, digits=digits))
+        Column(
+            f"{label} median" + ", mean" * (key not in _HEAVY_TAILED),
+            partial(_show_both, key=key, factor=factor, digits=digits),
+        )
         for key, label, factor, digits in _AFFINE_COLUMNS
     ]
     return Table(tuple(rows), tuple(columns)) if rows else None
@@ -184,7 +190,8 @@ def _affine_measures(files: Sequence[Path]) -> TableRow:
 
 
 def _show_both(row: TableRow, key: str, factor: float, digits: int) -> str:
-    both = row[f"median_{key}"], row[f"mean_{key}"]
-    if both[0] is None or both[1] is None:
+    names = ("median",) if key in _HEAVY_TAILED else ("median", "mean")
+    values = [row[f"{name}_{key}"] for name in names]
+    if values[0] is None:
         return "-"
-    return ", ".join(show_number(factor * value, digits) for value in both)
+    return ", ".join(show_number(factor * value, digits) for value in values)
