@@ -77,7 +77,7 @@ class ConveyorGraspEnv(gymnasium.Env):
         self._environment.close()
 
     def _observed(self, observation: dict[str, Any]) -> dict[str, np.ndarray]:
-        """Copies, of the type that the space states: the renderer reuses its buffers."""
+        """Copies, of the type that the space states: steps share an image."""
         return {
             name: np.array(observation[name], space.dtype)
             for name, space in self.observation_space.items()

@@ -17,7 +17,7 @@ import numpy as np
 from tracker import aff2
 from tracker.backproject import Backprojector, TargetPose
 from tracker.base import Status, WarpEstimate
-from tracker.detection import TemplateDetector
+from tracker.detection import Detection, TemplateDetector
 from tracker.followers import Sighting, make_follower, sighted
 from tracker.image import CameraImage
 from tracker.rectify import OverheadImage, OverheadView
@@ -117,7 +117,7 @@ class TargetTracker:
     def _search(self, image: OverheadImage, time_s: float) -> TargetObservation:
         """Looks for the target; follows it from the second of two consistent sightings."""
         self._status = Status.SEARCHING
-        found = self._detector.detect(image.grey, image.visibility, image.height_m)
+        found = self._detect(image)
         if found is None:
             return TargetObservation(None, None, self._status)
         now = Sighting(found, time_s)
@@ -132,6 +132,9 @@ class TargetTracker:
         report = self._report(sighted(found), image, time_s)
         return replace(report, is_correction=is_correction)
 
+    def _detect(self, image: OverheadImage) -> Detection | None:
+        return self._detector.detect(image.grey, image.visibility, image.height_m)
+
     def _is_refuted(self, estimate: WarpEstimate, image: CameraImage) -> bool:
         """Confirms the track, or drops it for a better match somewhere else."""
         self._checked_ago += 1
@@ -139,14 +142,10 @@ class TargetTracker:
         if not (is_due and estimate.status is Status.TRACKING and self._is_clear(estimate.warp)):
             return False
         self._checked_ago = 0
-        overhead = self._view.rectify(image)
-        found = self._detector.detect(overhead.grey, overhead.visibility, overhead.height_m)
+        found = self._detect(self._view.rectify(image))
         if found is None:
             return False
-        away = aff2.difference(found.warp, estimate.warp)
-        self._is_confirmed = bool(
-            np.hypot(away[4], away[5]) <= _AGREEMENT and abs(away[2]) <= _MAX_DETECTION_TURN_RAD
-        )
+        self._is_confirmed = _is_near(found.warp, estimate.warp, _AGREEMENT)
         if self._is_confirmed or found.ncc <= estimate.ncc:
             return False
         self._status, self._is_disproved = Status.SEARCHING, True
@@ -162,13 +161,8 @@ class TargetTracker:
 
     def _is_same(self, first: Sighting, now: Sighting) -> bool:
         gap_s = now.time_s - first.time_s
-        motion = aff2.difference(first.found.warp, now.found.warp)
         reach = self._config.max_speed_mps * gap_s / (self._view.m_per_px * self._unit_px)
-        return bool(
-            gap_s <= _MAX_DETECTION_GAP_S
-            and np.hypot(motion[4], motion[5]) <= reach
-            and abs(motion[2]) <= _MAX_DETECTION_TURN_RAD
-        )
+        return gap_s <= _MAX_DETECTION_GAP_S and _is_near(first.found.warp, now.found.warp, reach)
 
     def _report(
         self, estimate: WarpEstimate, image: OverheadImage, time_s: float
@@ -195,3 +189,9 @@ class TargetTracker:
         if self._status is Status.TRACKING:
             return TargetObservation(None, None, Status.UNCERTAIN)
         return TargetObservation(None, None, self._status)
+
+
+def _is_near(first: np.ndarray, second: np.ndarray, reach: float) -> bool:
+    """Whether two warps are no further apart than `reach` [template units], nor much turned."""
+    away = aff2.difference(first, second)
+    return bool(np.hypot(away[4], away[5]) <= reach and abs(away[2]) <= _MAX_DETECTION_TURN_RAD)
