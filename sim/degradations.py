@@ -93,7 +93,7 @@ DEGRADATIONS: dict[str, Degradation] = {
         tuple({"light": SteadyLight(scale), **_SHOT} for scale in (0.50, 0.25, 0.15, 0.08)),
     ),
     "switch": Degradation(
-        "light switched to 50, 25, 15, 8 % while the hand follows, with shot noise",
+        "light switched to 50, 25, 15, 8 % while the hand is on its way, with shot noise",
         tuple({"light": SwitchedLight(1.0, scale), **_SHOT} for scale in (0.50, 0.25, 0.15, 0.08)),
     ),
     "flicker": Degradation(
@@ -140,7 +140,7 @@ DEGRADATIONS: dict[str, Degradation] = {
         tuple({"late_share": 0.2, "late_s": late / 30} for late in (1, 2, 4)),
     ),
     "occlusion": Degradation(
-        "a bar hides 8, 16, 24, 32 cm of the belt where the hand has begun to follow",
+        "a bar hides 8, 16, 24, 32 cm of the belt before the hand's reach",
         tuple({"bar_m": width_m} for width_m in (0.04, 0.08, 0.12, 0.16)),
     ),
     "clutter": Degradation(

@@ -37,8 +37,8 @@ class SwitchedLight:
 
     before: float
     after: float
-    at_y_m: float = -0.45
-    """Where the target is then; the hand has just begun to follow it."""
+    at_y_m: float = -0.72
+    """Where the target is then: all of it has come into view, and the hand is on its way to it."""
 
     def __post_init__(self) -> None:
         _require_brightness("before", self.before)

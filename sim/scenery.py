@@ -26,6 +26,9 @@ _BAR_LENGTH_M = 0.9
 _BAR_THICKNESS_M = 0.006
 _WAY_TO_TARGET = 0.5
 """Where on the line of sight the bar stands; it hides its width divided by this share."""
+_HIDDEN_SHARE = 0.7
+"""The hidden place: this share of the way from the middle of the surface to its upstream end. An
+object has come wholly into view before it, and the hand takes it beyond, at 0.5 m/s at least."""
 _CARRIED_Y_M = 1.2
 """Past this along y a look-alike is off the belt; no view reaches so far."""
 
@@ -80,9 +83,9 @@ class Scenery:
             self._show_riding(physics)
 
     def _raise_bar(self, physics: Any, width_m: float) -> None:
-        """Upright in the image, between the camera and where the hand has begun to follow."""
+        """Upright in the image, between the camera and the place that it hides."""
         (x_low, x_high), (y_low, _) = self._carrier.face_range_m
-        hidden = np.array([0.5 * (x_low + x_high), 0.5 * y_low, self._height_m])
+        hidden = np.array([0.5 * (x_low + x_high), _HIDDEN_SHARE * y_low, self._height_m])
         eye = np.array(self._view.position_m)
         quaternion = np.empty(4)
         mujoco.mju_mat2Quat(quaternion, self._view.R_world_camera.ravel())

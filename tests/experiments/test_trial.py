@@ -12,6 +12,7 @@ from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.perception import NoisyOracle, Oracle, Seeing
 from sim import environment, task
+from sim.grasp import Phase
 from sim.objects import OBJECTS
 from sim.turntable import RADIUS_M
 from tracker.prediction import make_predictor
@@ -90,6 +91,21 @@ def test_igpf_lifts_the_box_off_the_turntable_by_sight():
 def test_igpf_lifts_every_object_by_sight(name):
     row, *_ = trial.run_trial(TrialConfig(tracker="igpf", object=name, seed=1))
     assert row.clean_success and row.track_rmse_m < 0.005
+
+
+@pytest.mark.parametrize("speed_mps", [0.10, 0.25, 0.50, 1.00])
+def test_light_goes_down_after_the_first_look_and_long_before_the_fingers_close(speed_mps):
+    setting = TrialConfig(tracker="oracle", condition="switch-3", speed_mps=speed_mps)
+    loop = Loop(setting, make_cell(setting, has_camera=False))
+    light = loop.cell.task.condition.light
+    dark_s = None
+    while loop.is_running and Phase.CLOSE not in loop.grasp.entered_s:
+        loop.step()
+        if dark_s is None and light(loop.time_s, loop.cell.read_truth().position_m[1]) < 1.0:
+            dark_s = loop.time_s
+    assert dark_s is not None and loop.has_entered_view
+    assert dark_s > loop.entered_view_s + 0.05
+    assert loop.grasp.entered_s[Phase.CLOSE] > dark_s + 0.5
 
 
 def test_a_still_belt_ends_in_a_timeout_not_in_an_exception(monkeypatch):

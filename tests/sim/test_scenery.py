@@ -57,7 +57,7 @@ def test_normal_condition_has_none_of_it_whatever_came_before(environment):
 def test_a_wider_bar_hides_more_of_the_same_place(environment):
     _, free_m = begin(environment, "normal")
     task, shares = environment.task, []
-    place = np.linalg.inv(task.view.T_world_camera) @ [0.5, -0.425, 0.04, 1.0]
+    place = np.linalg.inv(task.view.T_world_camera) @ [0.5, -0.595, 0.04, 1.0]
     column, row = np.rint((task.K @ place[:3])[:2] / place[2]).astype(int)
     for level in range(1, len(DEGRADATIONS["occlusion"].levels) + 1):
         _, depth_m = begin(environment, f"occlusion-{level}")
