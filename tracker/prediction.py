@@ -218,18 +218,45 @@ class KalmanConstantVelocity:
         if self._time_s is None:
             return None
         age_s = time_s - self._time_s
-        position, velocity = self._state[:, 0], self._state[:, 1]
-        return _prediction(position + velocity * age_s, velocity, time_s, age_s)
+        position, velocity = self._moved(age_s).T
+        return _prediction(position, velocity, time_s, age_s)
+
+    def _moved(self, step_s: float) -> np.ndarray:
+        """(4, 2) values and rates of x, y, z and yaw, `step_s` later."""
+        return self._state + step_s * np.outer(self._state[:, 1], [1.0, 0.0])
 
     def _advance(self, step_s: float) -> None:
         F = np.array([[1.0, step_s], [0.0, 1.0]])
         unit = np.array([[step_s**3 / 3, step_s**2 / 2], [step_s**2 / 2, step_s]])
-        self._state = self._state @ F.T
+        self._state = self._moved(step_s)
         self._P = F @ self._P @ F.T + self._psd[:, None, None] * unit
+
+
+class KalmanCoordinatedTurn(KalmanConstantVelocity):
+    """The velocity turns with the target, as on a turntable: speed and yaw rate are constant.
+
+    The uncertainty of x and y is that of the straight filter; as the two are alike, turning one
+    into the other changes nothing.
+    """
+
+    def _moved(self, step_s: float) -> np.ndarray:
+        moved = super()._moved(step_s)
+        turn = self._state[3, 1] * step_s
+        c, s = math.cos(turn), math.sin(turn)
+        along, aside = np.sinc(turn / math.pi), 0.5 * turn * np.sinc(0.5 * turn / math.pi) ** 2
+        velocity = self._state[:2, 1]
+        moved[:2, 0] = self._state[:2, 0] + step_s * (
+            np.array([[along, -aside], [aside, along]]) @ velocity
+        )
+        moved[:2, 1] = np.array([[c, -s], [s, c]]) @ velocity
+        return moved
 
 
 PREDICTORS: dict[str, PredictorConfig] = {
     "kalman": PredictorConfig("constant-velocity Kalman filter", KalmanConstantVelocity),
+    "turning": PredictorConfig(
+        "the same, but the velocity turns with the target: for a turntable", KalmanCoordinatedTurn
+    ),
     "least-squares": PredictorConfig("constant velocity by least squares", LeastSquares),
     "weighted": PredictorConfig(
         "weighted velocity and acceleration of the last poses, as in the paper",

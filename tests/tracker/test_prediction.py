@@ -32,7 +32,10 @@ def test_nothing_before_the_first_pose_then_a_standing_target(name):
     assert prediction.age_s == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize("name", MOVING)
+SPINNING = [name for name in MOVING if name != "turning"]
+
+
+@pytest.mark.parametrize("name", SPINNING)
 def test_uniform_motion_and_turning_are_extrapolated(name):
     predictor = make_predictor(name)
     for k in range(40):
@@ -44,6 +47,51 @@ def test_uniform_motion_and_turning_are_extrapolated(name):
     np.testing.assert_allclose(prediction.velocity_mps, [0, 0.25, 0], atol=5e-3)
     assert prediction.yaw_rad == pytest.approx(3.0 + 0.5 * 1.4, abs=0.01)
     assert prediction.yaw_rate_radps == pytest.approx(0.5, abs=0.03)
+
+
+def on_turntable(time_s, radius_m=0.25, rate_radps=2.0):
+    """Pose of what rides at 0.5 m/s, half a metre before the arm."""
+    angle = rate_radps * time_s
+    place = [0.5 + radius_m * math.cos(angle), radius_m * math.sin(angle), 0.08]
+    return pose(time_s, place, math.remainder(angle, math.tau))
+
+
+def turntable_error_m(name, ahead_s):
+    predictor = make_predictor(name)
+    for k in range(30):
+        predictor.update(on_turntable(k / 30))
+    time_s = 29 / 30 + ahead_s
+    wrong = predictor.predict(time_s).position_m - on_turntable(time_s).position_m
+    return np.linalg.norm(wrong)
+
+
+def test_turning_follows_the_circle_that_straight_lines_leave():
+    assert turntable_error_m("turning", 0.1) < 2e-3
+    assert turntable_error_m("kalman", 0.1) > 10e-3
+
+
+def test_turning_velocity_is_tangent_to_the_circle():
+    predictor = make_predictor("turning")
+    for k in range(60):
+        predictor.update(on_turntable(k / 30))
+    prediction = predictor.predict(60 / 30 + 0.2)
+    turned = 2.0 * (60 / 30 + 0.2)
+    tangent = 0.5 * np.array([-math.sin(turned), math.cos(turned), 0.0])
+    np.testing.assert_allclose(prediction.velocity_mps, tangent, atol=5e-3)
+    assert prediction.yaw_rate_radps == pytest.approx(2.0, abs=1e-3)
+
+
+def test_turning_is_the_straight_filter_where_nothing_turns():
+    straight, turning = make_predictor("kalman"), make_predictor("turning")
+    rng = np.random.default_rng(1)
+    for k in range(30):
+        seen = pose(k / 30, [0.5, 0.25 * k / 30, 0.08] + 1e-3 * rng.standard_normal(3), 0.4)
+        straight.update(seen)
+        turning.update(seen)
+    for one, other in zip(
+        vars(straight.predict(1.1)).values(), vars(turning.predict(1.1)).values(), strict=True
+    ):
+        np.testing.assert_allclose(one, other, atol=1e-12)
 
 
 def test_latest_does_not_predict():
