@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from experiments import records
+from experiments.accuracy_table import accuracy_table
 from experiments.config import TrialResult, TrialTimings
 from experiments.curves import ErrorCurve, read_curves
 from experiments.half_speed import half_speed_table
@@ -62,6 +63,7 @@ def _tables(results: Sequence[TrialResult], timings: Sequence[TrialTimings]) -> 
         "costs": cost_table(results, timings),
         "half_speed": half_speed_table(results),
         **paired_tables(results),
+        "accuracy": accuracy_table(results),
         "conditions": condition_table(results),
         "blame": blame_table(results),
     }

@@ -12,7 +12,16 @@ from experiments.members import append_member
 from experiments.presets import Preset, expand
 from experiments.report import write_report
 
-TABLES = ("success", "tracking", "outcomes", "costs", "half_speed", "paired", "verdicts")
+TABLES = (
+    "success",
+    "tracking",
+    "outcomes",
+    "costs",
+    "half_speed",
+    "accuracy",
+    "paired",
+    "verdicts",
+)
 FIGURES = ("success_vs_speed", "success_matrix", "outcomes")
 CURVES = ("error_curves", "error_bars")
 
