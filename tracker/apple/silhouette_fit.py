@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,6 +33,12 @@ from tracker.apple.spheroid import Spheroid, cone_of_ellipse, principal_cone
 from tracker.apple.view import Sighting, found
 from tracker.checks import require_count, require_positive
 
+_SMALL_GAIN = 1e-3
+"""Steps that lower half the sum of squares by less are the last ones."""
+_STUCK = 1e4
+"""A hypothesis that needs more damping is at rest."""
+_EQUAL_COST = 1.0
+"""Both signs of an axis explain the images equally well if their costs differ by less."""
 _SAME_DEG = 4.0
 """Hypotheses with axes no further apart are one."""
 
@@ -50,12 +56,14 @@ class SilhouetteFitConfig:
     """The same in the last round."""
     round_count: int = 5
     """Rounds, from the first scale to the last."""
-    steps: int = 3
+    steps: int = 4
     """Steps of all hypotheses a round."""
-    last_steps: int = 6
-    """Further steps of the best ones."""
-    kept_count: int = 4
-    """Hypotheses that are refined to the end."""
+    search_point_count: int = 20
+    """Outline points of a view in these rounds."""
+    kept_count: int = 3
+    """Hypotheses that are refined to the end, with all points."""
+    last_steps: int = 20
+    """Most steps of these."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     """Where the stem points when the images leave open which end it is at: robot's frame."""
 
@@ -127,17 +135,23 @@ def fit_silhouettes(
     usable = [s for s in found(list(sightings)) if len(s.view.contour_px) or s.view.calyx_px is not None]
     if not usable:
         return None
+    hypotheses = _searched(usable, config)
     model = OutlineModel(usable, config.model)
-    hypotheses = _starts(usable, config)
+    hypotheses, system = _descend(model, hypotheses, config.last_scale_px, config.last_steps)
+    hypotheses, system = _with_signs(model, hypotheses, system, config)
+    return _answer(model, hypotheses, system, config)
+
+
+def _searched(sightings: Sequence[Sighting], config: SilhouetteFitConfig) -> Hypotheses:
+    """The best few distinct explanations of some of the points."""
+    count = min(config.search_point_count, config.model.point_count)
+    model = OutlineModel(sightings, replace(config.model, point_count=count))
+    hypotheses, cost = _starts(sightings, config), np.zeros(0)
     scales = np.geomspace(config.first_scale_px, config.last_scale_px, config.round_count)
     for scale in scales:
         hypotheses, system = _descend(model, hypotheses, float(scale), config.steps)
-    best = _distinct(hypotheses, system.cost, config.kept_count)
-    hypotheses, system = _descend(
-        model, hypotheses.take(best), config.last_scale_px, config.last_steps
-    )
-    hypotheses, system = _with_signs(model, hypotheses, config)
-    return _answer(model, hypotheses, system, config)
+        cost = system.cost
+    return hypotheses.take(_distinct(hypotheses, cost, config.kept_count))
 
 
 def _starts(sightings: Sequence[Sighting], config: SilhouetteFitConfig) -> Hypotheses:
@@ -199,14 +213,18 @@ def _descend(
 ) -> tuple[Hypotheses, NormalEquations]:
     """Levenberg-Marquardt steps of all hypotheses; one that a step makes worse stays."""
     system = model.evaluate(hypotheses, scale_px)
-    damping = np.full(len(system.cost), 1e-3)
+    damping, is_done = np.full(len(system.cost), 1e-3), np.zeros(len(system.cost), bool)
     for _ in range(steps):
         moved = hypotheses.moved(*_step(system, damping))
         after = model.evaluate(moved, scale_px)
         better = after.cost < system.cost
         hypotheses = moved.where(better, hypotheses)
+        gain = np.where(better, system.cost - after.cost, 0.0)
         system = _chosen(better, after, system)
         damping = np.where(better, damping * 0.3, damping * 10.0)
+        is_done |= (better & (gain < _SMALL_GAIN)) | (damping > _STUCK)
+        if is_done.all():
+            break
     return hypotheses, system
 
 
@@ -260,16 +278,17 @@ def _distinct(hypotheses: Hypotheses, cost: np.ndarray, count: int) -> np.ndarra
 
 
 def _with_signs(
-    model: OutlineModel, hypotheses: Hypotheses, config: SilhouetteFitConfig
+    model: OutlineModel,
+    hypotheses: Hypotheses,
+    system: NormalEquations,
+    config: SilhouetteFitConfig,
 ) -> tuple[Hypotheses, NormalEquations]:
     """Each line with the end at which the images, or else `up`, put the stem."""
-    scale = config.last_scale_px
-    lifted = hypotheses.axis @ unit(np.array(config.up)) >= 0.0
-    upward = hypotheses.where(lifted, hypotheses.flipped())
-    upward, up_system = _descend(model, upward, scale, 2)
-    downward, down_system = _descend(model, upward.flipped(), scale, 3)
-    is_up = up_system.cost <= down_system.cost + 1.0
-    return upward.where(is_up, downward), _chosen(is_up, up_system, down_system)
+    turned, turned_system = _descend(model, hypotheses.flipped(), config.last_scale_px, 4)
+    is_up = hypotheses.axis @ unit(np.array(config.up)) >= 0.0
+    lead = turned_system.cost - system.cost
+    stays = np.where(np.abs(lead) > _EQUAL_COST, lead > 0.0, is_up)
+    return hypotheses.where(stays, turned), _chosen(stays, system, turned_system)
 
 
 def _answer(
