@@ -256,9 +256,7 @@ class OutlineModel:
         J = np.empty((*t.shape[:2], SHARED + PER_VIEW, t.shape[2]))
         J[..., _CENTRE, :] = by_y
         J[..., _RADIUS, :] = square * dBd_s
-        J[..., _ASPECT, :] = -(aspect**-2) * (
-            2.0 * dBy_s * u * w - w**2 * dBd_s - size_s * u**2
-        )
+        J[..., _ASPECT, :] = -(aspect**-2) * (2.0 * dBy_s * u * w - w**2 * dBd_s - size_s * u**2)
         J[..., _AXIS, :] = along_d[..., None, :] * (E_T @ d) + along_y[..., None, :] * (
             E_T @ y[..., None]
         )
