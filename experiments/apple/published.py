@@ -76,9 +76,8 @@ class PublishedTable:
         """
         forward = self.rotation[:, :, 2]
         across = np.eye(3) - forward[:, :, None] * forward[:, None, :]
-        right = (across @ self.position_m[..., None]).sum(axis=0)
-        inverse: np.ndarray = np.linalg.inv(across.sum(axis=0))
-        return (inverse @ right)[:, 0]
+        right = (across @ self.position_m[..., None]).sum(axis=0)[:, 0]
+        return np.linalg.lstsq(across.sum(axis=0), right, rcond=None)[0]
 
 
 @cache
