@@ -76,8 +76,8 @@ class PublishedTable:
         """
         forward = self.rotation[:, :, 2]
         across = np.eye(3) - forward[:, :, None] * forward[:, None, :]
-        right = (across @ self.position_m[..., None]).sum(axis=0)[:, 0]
-        return np.linalg.lstsq(across.sum(axis=0), right, rcond=None)[0]
+        right: np.ndarray = (across @ self.position_m[..., None]).sum(axis=0)
+        return np.asarray(np.linalg.solve(across.sum(axis=0), right))[:, 0]
 
 
 @cache
