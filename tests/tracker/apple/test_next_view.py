@@ -57,7 +57,9 @@ def test_the_best_view_beats_going_on_straight():
 def test_a_view_that_would_cut_the_fruit_is_never_chosen(fit):
     good = looking_at(fruits.CENTRE_M, fruits.CENTRE_M - [0.4, 0.0, 0.0])
     too_near = looking_at(fruits.CENTRE_M, fruits.CENTRE_M - [0.09, 0.0, 0.0])
-    aside = looking_at(fruits.CENTRE_M + [0.0, 0.3, 0.0], fruits.CENTRE_M - [0.4, 0.0, 0.0])
+    aside = looking_at(
+        fruits.CENTRE_M + np.array([0.0, 0.3, 0.0]), fruits.CENTRE_M - [0.4, 0.0, 0.0]
+    )
     behind = looking_at(fruits.CENTRE_M - [0.9, 0.0, 0.0], fruits.CENTRE_M - [0.4, 0.0, 0.0])
     bad = [too_near, aside, behind]
     sigmas = predicted_sigmas_deg(fit, [*bad, good], fruits.K, fruits.SIZE_PX)
@@ -68,7 +70,7 @@ def test_a_view_that_would_cut_the_fruit_is_never_chosen(fit):
 
 
 def test_leaves_make_a_view_worth_less(fit):
-    pose = [looking_at(fruits.CENTRE_M, fruits.CENTRE_M + [0.0, -0.3, 0.1])]
+    pose = [looking_at(fruits.CENTRE_M, fruits.CENTRE_M + np.array([0.0, -0.3, 0.1]))]
     clear = predicted_sigmas_deg(fit, pose, fruits.K, fruits.SIZE_PX)
     half = NextViewConfig(visible_share=0.5)
     assert predicted_sigmas_deg(fit, pose, fruits.K, fruits.SIZE_PX, half) > clear
