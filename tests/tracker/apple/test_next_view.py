@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import fruits
 import numpy as np
@@ -12,7 +13,7 @@ from tracker.apple.next_view import (
     predicted_sigmas_deg,
     views_around,
 )
-from tracker.apple.silhouette_fit import fit_silhouettes
+from tracker.apple.silhouette_fit import SilhouetteFit, fit_silhouettes
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +68,22 @@ def test_a_view_that_would_cut_the_fruit_is_never_chosen(fit):
     assert np.isfinite(sigmas[3])
     assert best_view(fit, [*bad, good], fruits.K, fruits.SIZE_PX) == 3
     assert best_view(fit, bad, fruits.K, fruits.SIZE_PX) is None
+
+
+def test_an_explanation_that_the_picture_rules_out_does_not_break_the_choice(fit):
+    """Its outline is elsewhere, and normals of the picture's outline graze it or miss it."""
+    best = fit.hypotheses[0]
+    poses = views_around(fruits.CENTRE_M, np.array([-1.0, 0.0, 0.0]), 0.3, 0.8, 5)
+    alone = SilhouetteFit((replace(best, probability=1.0),), 0.1, True)
+    expected = predicted_sigmas_deg(alone, poses, fruits.K, fruits.SIZE_PX)
+    for aside in np.linspace(0.2, 2.0, 10):
+        shift = np.array([0.0, aside * best.fruit.radius_m, 0.01])
+        fruit = replace(best.fruit, centre_m=best.fruit.centre_m + shift)
+        other = replace(best, fruit=fruit, probability=1e-6)
+        both = SilhouetteFit((replace(best, probability=1.0 - 1e-6), other), 0.1, True)
+        sigmas = predicted_sigmas_deg(both, poses, fruits.K, (1280, 960))
+        assert np.isfinite(sigmas).all()
+        np.testing.assert_allclose(sigmas, expected, rtol=0.01)
 
 
 def test_leaves_make_a_view_worth_less(fit):
