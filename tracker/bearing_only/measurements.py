@@ -141,6 +141,8 @@ class Measurements:
     features: FeatureObservation = field(default_factory=FeatureObservation.none)
     target_px: NDArray[np.float64] | None = None
     """(2,): column and row of the target; None where it is not seen."""
+    is_target_seen: NDArray[np.bool_] | None = None
+    """(...,): for several runs at once, in which of them `target_px` counts; all if None."""
 
     def __post_init__(self) -> None:
         if self.target_px is not None:
