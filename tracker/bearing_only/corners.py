@@ -69,8 +69,8 @@ class CornerTracker:
     A corner is kept while it comes back to where it started when it is followed to the new image
     and back, as in [MedianFlow2010]. It is then moved to where its first patch fits best, so that
     it does not creep along from image to image; as the view changes, the patch is renewed. Wrong
-    corners that pass (a place where a near edge crosses a far one moves smoothly, but is no point
-    in space) are left to the gate of the estimator. A corner that is lost never comes back.
+    corners that pass (where a near edge crosses a far one) are found by
+    `tracker.bearing_only.rigidity`. A corner that is lost never comes back.
     """
 
     def __init__(self, config: CornerConfig | None = None) -> None:
@@ -99,6 +99,10 @@ class CornerTracker:
             self._detect(grey, avoid)
         self._grey = grey
         return FeatureObservation(self._ids, self._points.astype(np.float64) + HALF_PX)
+
+    def drop(self, ids: NDArray[np.int64]) -> None:
+        """Follows the corners of these names no longer."""
+        self._keep(~np.isin(self._ids, ids))
 
     def _check(self, grey: NDArray[np.uint8]) -> None:
         """ValueError for an image that does not fit; the first one decides the size."""

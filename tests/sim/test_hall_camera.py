@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sim.flight_camera import FlightCamera, FlightCameraConfig
+from sim.hall_camera import HallCamera, HallCameraConfig
 from sim.flight_scene import (
     CAMERA,
     CENTRE_PX,
@@ -26,9 +26,9 @@ def facing(yaw: float) -> np.ndarray:
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
-def camera(noise_std: float = 2.0, scene: FlightSceneConfig = SMALL) -> FlightCamera:
+def camera(noise_std: float = 2.0, scene: FlightSceneConfig = SMALL) -> HallCamera:
     rngs = np.random.default_rng(5), np.random.default_rng(6)
-    return FlightCamera(FlightCameraConfig(scene, noise_std), *rngs)
+    return HallCamera(HallCameraConfig(scene, noise_std), *rngs)
 
 
 def test_the_estimators_camera_is_the_one_that_renders():
@@ -87,4 +87,4 @@ def test_a_corner_stays_on_the_same_point_of_the_hall():
 @pytest.mark.parametrize("noise", [-1.0, float("nan")])
 def test_an_impossible_noise_is_refused(noise):
     with pytest.raises(ValueError, match="noise_std"):
-        FlightCameraConfig(noise_std=noise)
+        HallCameraConfig(noise_std=noise)

@@ -24,7 +24,7 @@ _PORTRAIT_PX = 40
 
 
 @dataclass(frozen=True)
-class FlightCameraConfig:
+class HallCameraConfig:
     """Hall and sensor."""
 
     scene: FlightSceneConfig = field(default_factory=FlightSceneConfig)
@@ -36,7 +36,7 @@ class FlightCameraConfig:
             raise ValueError(f"noise_std must be a number of 0 or more, got {self.noise_std!r}")
 
 
-class FlightCamera:
+class HallCamera:
     """Takes the images of one run; close it when done, as it holds an OpenGL context.
 
     Args:
@@ -47,7 +47,7 @@ class FlightCamera:
 
     def __init__(
         self,
-        config: FlightCameraConfig,
+        config: HallCameraConfig,
         scene_rng: np.random.Generator,
         noise_rng: np.random.Generator,
     ) -> None:
@@ -79,7 +79,7 @@ class FlightCamera:
         """Frees the OpenGL context."""
         self._renderer.close()
 
-    def __enter__(self) -> FlightCamera:
+    def __enter__(self) -> HallCamera:
         return self
 
     def __exit__(self, *_: object) -> None:
