@@ -16,6 +16,7 @@ from typing import Annotated, TypeAlias
 import tyro
 from tyro.conf import Positional, arg, subcommand
 
+from experiments.bearing_only.commands import BearingOnly
 from experiments.config import TrialConfig
 from experiments.otb.commands import Otb
 from experiments.sweep_commands import CRASH_EXIT, INTERRUPT_EXIT, Merge, Sweep
@@ -141,6 +142,7 @@ Command: TypeAlias = (
     | Annotated[List, subcommand("list")]
     | Annotated[View, subcommand("view")]
     | Annotated[Otb, subcommand("otb")]
+    | Annotated[BearingOnly, subcommand("bearing-only")]
 )
 
 

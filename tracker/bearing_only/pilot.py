@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
@@ -16,6 +16,7 @@ from tracker.bearing_only.control import (
     manoeuvre_direction,
     unit,
 )
+from tracker.bearing_only.differential_drive import DifferentialDrive
 from tracker.bearing_only.measurements import (
     BodyIncrement,
     Measurements,
@@ -75,6 +76,8 @@ class PilotConfig:
     target_model: TargetModel = "mixture"
     target_noise: TargetNoise = field(default_factory=TargetNoise)
     dt_s: float = 0.05
+    drive: DifferentialDrive | None = None
+    """Wheels that the motion is converted to; None for a vehicle that moves as it likes."""
     lost_after: int = 60
     """Iterations without sight of the target after which it is given up."""
 
@@ -196,8 +199,15 @@ class BearingPilot:
             self.config.target_noise.pixel_std_px,
             self._whims(),
         )
+        if self.config.drive is not None:
+            direction = unit(direction * np.array([1.0, 1.0, 0.0]))
         speed = follow(control, pose, target)
-        return command(control, self.config.dt_s, speed, direction, aim(rays))
+        free = command(control, self.config.dt_s, speed, direction, aim(rays))
+        if self.config.drive is None:
+            return free
+        wanted_mps = free.increment.displacement_m / self.config.dt_s
+        increment = self.config.drive.convert(wanted_mps, rays, self.config.dt_s)
+        return replace(free, increment=increment)
 
 
 def first_belief(
