@@ -40,6 +40,8 @@ class _Study:
     """Length of a flight; that of the study if not given."""
     workers: Annotated[int | None, arg(metavar="N")] = None
     """Worker processes; one for each processor if not given. The results do not depend on it."""
+    pixels: bool = False
+    """Renders what the camera sees: landmarks are corners, the target is found by CamShift."""
     video: bool = False
     """Also films the first seed of every contestant, into DIR/videos."""
 
@@ -68,11 +70,18 @@ class _Study:
         return 1 if failures else 0
 
     def _runs(self) -> list[FlightRun]:
+        from experiments.bearing_only.config import PIXELS
         from experiments.bearing_only.studies import STUDIES
 
         if self.seeds < 1:
             raise ValueError(f"seeds must be 1 or greater, got {self.seeds}")
-        study = STUDIES[type(self).__name__.lower()]
+        name = type(self).__name__.lower() + (PIXELS if self.pixels else "")
+        if name not in STUDIES:
+            known = [n.removesuffix(PIXELS) for n in STUDIES if n.endswith(PIXELS)]
+            raise ValueError(
+                f"--pixels goes with {' and '.join(known)}, not with {type(self).__name__.lower()}"
+            )
+        study = STUDIES[name]
         given = {
             "v_max_mps": self.v_max_mps,
             "target_speed_mps": self.target_speed_mps,

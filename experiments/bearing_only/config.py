@@ -10,7 +10,11 @@ from typing import Literal, TypeAlias, get_args
 from experiments.bearing_only.controllers import get_controller
 from tracker.checks import require_choice, require_count, require_positive
 
-StudyName: TypeAlias = Literal["line", "circle", "speed", "localisation", "robot"]
+StudyName: TypeAlias = Literal[
+    "line", "circle", "speed", "localisation", "robot", "line-pixels", "circle-pixels"
+]
+PIXELS = "-pixels"
+"""What the names of studies with rendered images end in."""
 STUDY_NAMES: tuple[str, ...] = get_args(StudyName)
 Outcome: TypeAlias = Literal["tracked", "lost", "diverged", "error"]
 """Followed to the end; out of view for good; the pose went astray; or the run broke off."""
@@ -43,8 +47,20 @@ class FlightRun:
         require_count(self, "seed", "landmark_count", least=0)
         require_count(self, "iteration_count")
         require_choice(self, "pose_error", get_args(PoseErrorKind))
+        if self.is_rendered and self.landmark_count:
+            raise ValueError(
+                "landmarks must be 0 from rendered images, where they are corners of the hall, "
+                f"got {self.landmark_count}"
+            )
+        if self.is_rendered and get_controller(self.controller).pose == "known":
+            raise ValueError(f"{self.controller} flies among points only, not in images")
         if not 0.0 <= self.pose_error_m < float("inf"):
             raise ValueError(f"pose_error_m must be 0 or greater, got {self.pose_error_m!r}")
+
+    @property
+    def is_rendered(self) -> bool:
+        """Whether the vehicle sees rendered images, in place of the pixels of points."""
+        return self.study.endswith(PIXELS)
 
     @property
     def run_id(self) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +15,12 @@ from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.controllers import get_controller
 from experiments.bearing_only.oracles import KnownPose
 from experiments.bearing_only.pilots import PairedWhims, pilot_config, rng_of, slam_config
+from experiments.bearing_only.senses import Senses, senses_of
 from experiments.bearing_only.studies import world_of
 from sim.flight import DRAWS, Flight, FlightDraws
 from tracker.bearing_only.control import range_std
 from tracker.bearing_only.measurements import (
     BodyIncrement,
-    FeatureObservation,
     Measurements,
     MotionCommand,
     PoseBelief,
@@ -77,7 +79,15 @@ class Flown:
     error: Exception | None = None
 
 
-def fly(runs: Sequence[FlightRun]) -> Flown:
+class Watch(Protocol):
+    """Sees every iteration, as a film does; what it does changes nothing."""
+
+    def __call__(self, flight: Flight, pilot: BearingPilot, senses: Senses) -> None:
+        """The world, the belief and what was sensed, before the next motion."""
+        ...
+
+
+def fly(runs: Sequence[FlightRun], watch: Watch | None = None) -> Flown:
     """Flies one run, or several of an oracle's that differ in their seed alone.
 
     What breaks the pilot off (a measurement that is no number, a filter that fails) ends the
@@ -95,31 +105,24 @@ def fly(runs: Sequence[FlightRun]) -> Flown:
     pilot = BearingPilot(pilot_config(first), source, _prior(runs, flight, is_single), whims)
     still = np.zeros_like(flight.position_m)
     odometry = BodyIncrement(still, still)
-    for k in range(first.iteration_count):
-        try:
-            measurements = measure(flight, odometry)
-            started_s = time.perf_counter()
-            motion = pilot.step(measurements)
-        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
-            return Flown(log, flight, source, error)
-        log.step_s.append(time.perf_counter() - started_s)
-        reckoned = reckoning.update(measurements)
-        if pilot.has_target:
-            _note(log, flight, pilot, motion, reckoned, measurements)
-        odometry = motion.increment
-        if k + 1 < first.iteration_count:
-            flight.move(odometry.displacement_m, odometry.rotation_rad)
+    with contextlib.closing(senses_of(first, flight)) as senses:
+        for k in range(first.iteration_count):
+            try:
+                measurements = senses.measure(odometry)
+                started_s = time.perf_counter()
+                motion = pilot.step(measurements)
+            except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+                return Flown(log, flight, source, error)
+            log.step_s.append(time.perf_counter() - started_s)
+            reckoned = reckoning.update(measurements)
+            if pilot.has_target:
+                _note(log, flight, pilot, motion, reckoned, measurements)
+            if watch is not None:
+                watch(flight, pilot, senses)
+            odometry = motion.increment
+            if k + 1 < first.iteration_count:
+                flight.move(odometry.displacement_m, odometry.rotation_rad)
     return Flown(log, flight, source)
-
-
-def measure(flight: Flight, odometry: BodyIncrement) -> Measurements:
-    """What the sensors give now: the only thing of the world that the pilot gets."""
-    sight = flight.look()
-    if flight.position_m.ndim > 1:
-        none = FeatureObservation.none()
-        return Measurements(odometry, none, sight.target_px, sight.is_target_seen)
-    features = FeatureObservation(sight.landmark_ids, sight.landmark_px)
-    return Measurements(odometry, features, sight.target_px if sight.is_target_seen else None)
 
 
 def _flight(runs: Sequence[FlightRun], is_single: bool) -> Flight:

@@ -22,6 +22,14 @@ from tracker.bearing_only.target_filter import TargetNoise
 INDOOR_SCALE = 0.1
 """Of accelerations and speeds indoors, beside those of the flights."""
 
+CORNER_STD_PX = 2.0
+"""Of corners that are followed in images: they are 0.2 px exact from one image to the next, but
+creep, and an error that lasts counts for more than noise of its size."""
+TARGET_STD_PX = 1.0
+"""Of the centroid of the target's colour, with some room for an outline that is partly hidden."""
+CORNER_CAPACITY = 60
+"""Landmarks of a map of corners: one that is lost never comes back and can go."""
+
 
 def rng_of(run: FlightRun, source: str) -> np.random.Generator:
     """The generator of one noise source; it knows seed and source, not the controller."""
@@ -54,15 +62,18 @@ def pilot_config(run: FlightRun) -> PilotConfig:
             floor_share=controller.floor_share,
         ),
         target_model=controller.target_model,
-        target_noise=_target_noise(controller, scale),
+        target_noise=_target_noise(
+            controller, scale, TARGET_STD_PX if run.is_rendered else TargetNoise().pixel_std_px
+        ),
         dt_s=0.1 if is_indoors else 0.05,
         drive=DifferentialDrive() if is_indoors else None,
     )
 
 
-def _target_noise(controller: Controller, scale: float) -> TargetNoise:
+def _target_noise(controller: Controller, scale: float, pixel_std_px: float) -> TargetNoise:
     usual = TargetNoise()
     return TargetNoise(
+        pixel_std_px=pixel_std_px,
         acceleration_std_mps2=scale * controller.acceleration_std_mps2,
         turn_acceleration_std_mps2=scale * usual.turn_acceleration_std_mps2,
     )
@@ -75,6 +86,8 @@ def camera_of(run: FlightRun) -> PinholeCamera:
 
 def slam_config(run: FlightRun) -> SlamConfig:
     """Settings of the run's map; indoors everything is nearer."""
+    if run.is_rendered:
+        return SlamConfig(pixel_std_px=CORNER_STD_PX, capacity=CORNER_CAPACITY)
     if run.study != "robot":
         return SlamConfig()
     return SlamConfig(

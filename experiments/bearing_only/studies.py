@@ -64,6 +64,16 @@ STUDIES: dict[str, Study] = {
             for std in POSE_ERRORS_M
         ),
     ),
+    "line-pixels": Study(
+        "the line from rendered images",
+        FlightRun("line-pixels", "gradient", iteration_count=300, landmark_count=0),
+        ("gradient", "log-det", "turn", "follow"),
+    ),
+    "circle-pixels": Study(
+        "the circle from rendered images",
+        FlightRun("circle-pixels", "gradient", landmark_count=0),
+        ("gradient", "log-det", "turn", "follow"),
+    ),
     "robot": Study(
         "[Wu2022] section 6.2.4: the indoor robot on two wheels",
         FlightRun(
@@ -90,7 +100,7 @@ def world_of(run: FlightRun) -> FlightConfig:
             "landmark_count": run.landmark_count,
         },
     )
-    if run.study == "line":
+    if run.study in ("line", "line-pixels"):
         path = TargetPath("line", (15.0, 15.0, 1.0), (0.0, -speed, 0.0))
         return FlightConfig(path, (15.0, -15.0, 1.0), math.pi / 2, **common)
     if run.study == "robot":

@@ -19,7 +19,7 @@ CURVE_HEADER = (
     "run_id,iteration,target_error_m,robot_error_m,dead_reckoning_error_m,sight_std_m,"
     "innovation_area_px2\n"
 )
-CURVE_STUDIES = ("line", "circle", "robot")
+CURVE_STUDIES = ("line", "circle", "robot", "line-pixels", "circle-pixels")
 TRACED = ("gradient", "follow", "turn")
 """Controllers of which the flight with seed 0 is kept whole, for the figures."""
 TRACED_SEED = 0
@@ -72,11 +72,15 @@ def trace_of(log: FlightLog, index: int) -> str:
 
 
 def map_of(flown: Flown) -> str | None:
-    """The landmarks at the end, true and estimated, as CSV; None for a flight without a map."""
+    """The landmarks at the end, true and estimated, as CSV; None for a flight without a map.
+
+    Of corners in images the truth is not known, and their places are empty.
+    """
     if not isinstance(flown.source, MonocularSlam):
         return None
     ids, points, P = flown.source.landmarks()
-    truth = flown.flight.landmarks_m[ids]
+    known = flown.flight.landmarks_m
+    truth = known[ids] if len(known) else np.full_like(points, np.nan)
     columns: dict[str, np.ndarray] = {"id": ids}
     for axis, true, estimate in zip("xyz", truth.T, points.T, strict=True):
         columns[f"{axis}_m"], columns[f"estimate_{axis}_m"] = true, estimate

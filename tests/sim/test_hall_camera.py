@@ -4,7 +4,6 @@ import cv2
 import numpy as np
 import pytest
 
-from sim.hall_camera import HallCamera, HallCameraConfig
 from sim.flight_scene import (
     CAMERA,
     CENTRE_PX,
@@ -14,6 +13,7 @@ from sim.flight_scene import (
     WIDTH_PX,
     FlightSceneConfig,
 )
+from sim.hall_camera import HallCamera, HallCameraConfig
 from tracker.bearing_only.corners import CornerTracker
 from tracker.bearing_only.measurements import PinholeCamera
 
