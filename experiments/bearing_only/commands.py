@@ -81,6 +81,8 @@ class _Study:
             raise ValueError(
                 f"--pixels goes with {' and '.join(known)}, not with {type(self).__name__.lower()}"
             )
+        if self.pixels and self.landmarks is not None:
+            raise ValueError("--landmarks does not go with --pixels: they are corners of the hall")
         study = STUDIES[name]
         given = {
             "v_max_mps": self.v_max_mps,
@@ -95,7 +97,10 @@ class _Study:
         return list(dict.fromkeys(replaced))
 
     def _film(self, runs: list[FlightRun]) -> list[Path]:
-        from experiments.bearing_only.film import film
+        if self.pixels:
+            from experiments.bearing_only.image_film import film
+        else:
+            from experiments.bearing_only.film import film
 
         firsts = {run.controller: run for run in reversed(runs) if run.seed == self.first_seed}
         return [film(run, self.out / "videos") for run in firsts.values()]

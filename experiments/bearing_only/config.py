@@ -47,11 +47,6 @@ class FlightRun:
         require_count(self, "seed", "landmark_count", least=0)
         require_count(self, "iteration_count")
         require_choice(self, "pose_error", get_args(PoseErrorKind))
-        if self.is_rendered and self.landmark_count:
-            raise ValueError(
-                "landmarks must be 0 from rendered images, where they are corners of the hall, "
-                f"got {self.landmark_count}"
-            )
         if self.is_rendered and get_controller(self.controller).pose == "known":
             raise ValueError(f"{self.controller} flies among points only, not in images")
         if not 0.0 <= self.pose_error_m < float("inf"):

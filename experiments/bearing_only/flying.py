@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,19 +78,25 @@ class Flown:
     error: Exception | None = None
 
 
-class Watch(Protocol):
-    """Sees every iteration, as a film does; what it does changes nothing."""
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """The state after one iteration, before the next motion."""
 
-    def __call__(self, flight: Flight, pilot: BearingPilot, senses: Senses) -> None:
-        """The world, the belief and what was sensed, before the next motion."""
-        ...
+    flight: Flight
+    pilot: BearingPilot
+    source: PoseSource
+    senses: Senses
 
 
-def fly(runs: Sequence[FlightRun], watch: Watch | None = None) -> Flown:
+def fly(runs: Sequence[FlightRun], watch: Callable[[Instant], None] | None = None) -> Flown:
     """Flies one run, or several of an oracle's that differ in their seed alone.
 
     What breaks the pilot off (a measurement that is no number, a filter that fails) ends the
     flight and is told in `Flown.error`; what happened until then is kept.
+
+    Args:
+        runs: What to fly.
+        watch: Is shown every iteration, as for a film; it changes nothing.
     """
     first, log = runs[0], FlightLog()
     is_single = get_controller(first.controller).pose != "known"
@@ -118,7 +123,7 @@ def fly(runs: Sequence[FlightRun], watch: Watch | None = None) -> Flown:
             if pilot.has_target:
                 _note(log, flight, pilot, motion, reckoned, measurements)
             if watch is not None:
-                watch(flight, pilot, senses)
+                watch(Instant(flight, pilot, source, senses))
             odometry = motion.increment
             if k + 1 < first.iteration_count:
                 flight.move(odometry.displacement_m, odometry.rotation_rad)

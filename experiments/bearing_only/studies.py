@@ -97,7 +97,7 @@ def world_of(run: FlightRun) -> FlightConfig:
         run.target_speed_mps,
         {
             "iteration_count": run.iteration_count,
-            "landmark_count": run.landmark_count,
+            "landmark_count": 0 if run.is_rendered else run.landmark_count,
         },
     )
     if run.study in ("line", "line-pixels"):
