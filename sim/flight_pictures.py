@@ -21,6 +21,7 @@ _PAINTS = (
     (168, 160, 124),
 )
 """Greys, slate blues, mosses and sand (RGB)."""
+_LEVELS = np.array(_PAINTS, float).sum(axis=1) / 3.0
 _SHIFT = 4
 """Corners are given in sixteenths of a pixel."""
 _LEAST_CONTRAST = 60.0
@@ -76,7 +77,7 @@ def _label(size_px: int, rng: np.random.Generator) -> np.ndarray:
 def _contrasting(ground: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """(3,) a paint that stands out from (3,) what it is painted on."""
     paints = np.array(_PAINTS, float)
-    far = paints[np.abs(paints.mean(axis=1) - ground.mean()) > _LEAST_CONTRAST]
+    far = paints[np.abs(_LEVELS - ground.sum() / 3.0) > _LEAST_CONTRAST]
     return far[rng.integers(len(far))]
 
 

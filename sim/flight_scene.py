@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import cv2
 import mujoco
 import numpy as np
 
@@ -30,7 +29,6 @@ R_BODY_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 R_BODY_CAMERA.flags.writeable = False
 
 _TILE_PX, _TILES = 64, 64
-_QUICK = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 
 
 @dataclass(frozen=True)
@@ -210,10 +208,11 @@ def _add(spec: mujoco.MjSpec, name: str, faces: _Faces, picture: np.ndarray) -> 
         userfacetexcoord=triangles.ravel().tolist(),
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
-    file = f"{name}.png"
-    _, data = cv2.imencode(".png", picture[..., ::-1], _QUICK)
-    spec.assets = dict(spec.assets) | {file: data.tobytes()}
-    spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=file)
+    height, width = picture.shape[:2]
+    texture = spec.add_texture(
+        name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3
+    )
+    texture.data = picture.tobytes()
     material = spec.add_material(name=name, specular=0.0, shininess=0.0)
     textures = list(material.textures)
     textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name

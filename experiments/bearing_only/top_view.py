@@ -68,7 +68,7 @@ class _Chart:
 
     def __init__(self, size_px: int) -> None:
         self.picture: NDArray[np.uint8] = np.full((size_px, size_px, 3), 255, np.uint8)
-        self._px_per_m = size_px / (1.08 * float(BOX_HIGH_M[0] - BOX_LOW_M[0]))
+        self._px_per_m = size_px / (1.1 * float(BOX_HIGH_M[0] - BOX_LOW_M[0]))
         self._size_px = size_px
         low, high = self._place(BOX_LOW_M), self._place(BOX_HIGH_M)
         cv2.rectangle(self.picture, low, high, (205, 205, 205), 1, cv2.LINE_AA, _SHIFT)
@@ -118,8 +118,9 @@ class _Chart:
         self.way(list(ring), colour, width_px)
 
     def caption(self, line: str) -> None:
-        """Errors at the top, and what the colours mean below."""
+        """Errors at the top, and what the colours mean below, each on a clear strip."""
         font, dark = cv2.FONT_HERSHEY_SIMPLEX, (60, 60, 60)
+        self.picture[:20], self.picture[-20:] = 255, 255
         cv2.putText(self.picture, line, (12, 16), font, 0.45, dark, 1, cv2.LINE_AA)
         for index, (word, colour) in enumerate(_KEY):
             place = 12 + index * (self._size_px - 12) // len(_KEY), self._size_px - 6
