@@ -7,7 +7,6 @@ section 3 takes; the quaternion there is an error state here, so that nothing ne
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,7 +32,6 @@ from tracker.bearing_only.pose_sources import moved_position, odometry_jacobians
 from tracker.bearing_only.target_filter import inverse_2x2
 from tracker.checks import require_count, require_positive, require_share
 
-SECOND = os.environ.get("SECOND") == "1"
 POSE = 6
 """Numbers of the pose in the state."""
 
