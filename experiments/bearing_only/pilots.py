@@ -19,8 +19,8 @@ from tracker.bearing_only.pilot import PilotConfig
 from tracker.bearing_only.slam import SlamConfig
 from tracker.bearing_only.target_filter import TargetNoise
 
-INDOOR_SCALE = 0.1
-"""Of accelerations and speeds indoors, beside those of the flights."""
+INDOOR_SCALE = 0.02
+"""Of accelerations indoors beside those of the flights: speed squared over distance."""
 
 
 def rng_of(run: FlightRun, source: str) -> np.random.Generator:
