@@ -70,7 +70,8 @@ STUDIES: dict[str, Study] = {
         FlightRun(
             "robot", "gradient", v_max_mps=0.2, target_speed_mps=0.07, iteration_count=600
         ),
-        ("gradient", "log-det", "turn", "follow", "random", "dead-reckoning", "known-pose"),
+        ("gradient", "gradient-floor", "log-det", "follow", "random", "dead-reckoning",
+         "known-pose"),
         equilibrium_m=1.0,
     ),
 }  # fmt: skip

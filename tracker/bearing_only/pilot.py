@@ -201,8 +201,7 @@ class BearingPilot:
             self._whims(),
         )
         if self.config.drive is not None:
-            # Along the axis the wheels follow; a part of the manoeuvre there runs into the target.
-            direction = unit(direction * np.array([0.0, 1.0, 0.0]))
+            direction = unit(direction * np.array([1.0, 1.0, 0.0]))
         speed = follow(control, pose, target)
         free = command(control, self.config.dt_s, speed, direction, aim(rays))
         if self._wheels is None:
