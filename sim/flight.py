@@ -52,7 +52,8 @@ class FlightCamera:
 
     def contains(self, pixels: np.ndarray) -> np.ndarray:
         """Which of (..., 2) pixels are in the image."""
-        return ((pixels >= 0.0) & (pixels < [self.width_px, self.height_px])).all(axis=-1)
+        inside = (pixels >= 0.0) & (pixels < [self.width_px, self.height_px])
+        return np.all(inside, axis=-1)
 
 
 @dataclass(frozen=True)

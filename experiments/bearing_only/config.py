@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Literal, TypeAlias, get_args
 
-from experiments.bearing_only.controllers import get_controller
+from experiments.bearing_only.controllers import ORACLES, get_controller
 from tracker.checks import require_choice, require_count, require_positive
 
 StudyName: TypeAlias = Literal[
@@ -47,7 +47,7 @@ class FlightRun:
         require_count(self, "seed", "landmark_count", least=0)
         require_count(self, "iteration_count")
         require_choice(self, "pose_error", get_args(PoseErrorKind))
-        if self.is_rendered and get_controller(self.controller).pose == "known":
+        if self.is_rendered and get_controller(self.controller).pose in ORACLES:
             raise ValueError(f"{self.controller} flies among points only, not in images")
         if not 0.0 <= self.pose_error_m < float("inf"):
             raise ValueError(f"pose_error_m must be 0 or greater, got {self.pose_error_m!r}")

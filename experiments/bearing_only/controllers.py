@@ -9,8 +9,9 @@ from experiments.catalogue import require_known
 from tracker.bearing_only.control import Manoeuvre
 from tracker.bearing_only.pilot import TargetModel
 
-PoseKind: TypeAlias = Literal["slam", "dead-reckoning", "known"]
-"""Monocular SLAM, the sum of the odometry, or the truth (an oracle)."""
+PoseKind: TypeAlias = Literal["slam", "dead-reckoning", "known", "fused"]
+"""Monocular SLAM, the sum of the odometry, the truth with the study's error (an oracle), or the
+oracle's position fused with the odometry."""
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,28 @@ CONTROLLERS: dict[str, Controller] = {
     "known-pose": Controller(
         "as gradient, with the true pose (oracle)", manoeuvre="trace", pose="known", floor_share=1.0
     ),
+    "known-pose-published": Controller(
+        "as published, with the true pose (oracle)",
+        manoeuvre="trace",
+        pose="known",
+        acceleration_std_mps2=0.5,
+        floor_share=1.0,
+    ),
+    "fused-pose": Controller(
+        "as gradient, with the oracle's position and the odometry in one filter",
+        manoeuvre="trace",
+        pose="fused",
+        floor_share=1.0,
+    ),
     "known-pose-turn": Controller(
         "as turn, with the true pose (oracle)", pose="known", target_model="turn"
     ),
 }
 """Every contestant by name."""
+
+
+ORACLES: tuple[PoseKind, ...] = ("known", "fused")
+"""Kinds of pose that read the truth; their flights of several seeds go on at once."""
 
 
 def get_controller(name: str) -> Controller:

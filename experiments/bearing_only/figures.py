@@ -1,5 +1,8 @@
 """Figures of bearing-only flights: how errors go with time and with the setting."""
 
+# pyright: basic, reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportGeneralTypeIssues=false
+# pandas is annotated in part: what a selection or a group gives is not known.
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -26,6 +29,8 @@ STYLES: dict[str, tuple[str, str]] = {
     "random": ("#CC79A7", "-"),
     "dead-reckoning": ("#6A3D9A", "-"),
     "known-pose": ("#0072B2", ":"),
+    "known-pose-published": ("#8C6D31", ":"),
+    "fused-pose": ("#009E73", ":"),
     "known-pose-turn": ("#D55E00", ":"),
 }
 """Colour and line of each controller; oracles are dotted."""

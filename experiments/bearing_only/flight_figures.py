@@ -4,6 +4,9 @@ They are the counterparts of [Wu2022] Figs. 6, 11 to 17 and 20, drawn from the f
 that a study keeps whole.
 """
 
+# pyright: basic, reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportGeneralTypeIssues=false
+# pandas is annotated in part: what a selection or a group gives is not known.
+
 from __future__ import annotations
 
 from collections.abc import Sequence

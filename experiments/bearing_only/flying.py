@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.bearing_only.config import FlightRun
-from experiments.bearing_only.controllers import get_controller
+from experiments.bearing_only.controllers import ORACLES, get_controller
 from experiments.bearing_only.oracles import KnownPose
 from experiments.bearing_only.pilots import PairedWhims, pilot_config, rng_of, slam_config
 from experiments.bearing_only.senses import Senses, senses_of
@@ -25,7 +25,7 @@ from tracker.bearing_only.measurements import (
     PoseBelief,
 )
 from tracker.bearing_only.pilot import BearingPilot, TargetPrior
-from tracker.bearing_only.pose_sources import DeadReckoning, PoseSource
+from tracker.bearing_only.pose_sources import DeadReckoning, FixAided, PoseSource
 from tracker.bearing_only.slam import MonocularSlam
 
 LEAST_PRIOR = 0.1
@@ -99,7 +99,7 @@ def fly(runs: Sequence[FlightRun], watch: Callable[[Instant], None] | None = Non
         watch: Is shown every iteration, as for a film; it changes nothing.
     """
     first, log = runs[0], FlightLog()
-    is_single = get_controller(first.controller).pose != "known"
+    is_single = get_controller(first.controller).pose not in ORACLES
     flight = _flight(runs, is_single)
     start = PoseBelief(
         flight.position_m, flight.R_world_body, np.zeros((*flight.position_m.shape[:-1], 6, 6))
@@ -137,15 +137,18 @@ def _flight(runs: Sequence[FlightRun], is_single: bool) -> Flight:
 
 
 def _source(runs: Sequence[FlightRun], flight: Flight, start: PoseBelief) -> PoseSource:
-    run = runs[0]
+    run, noise = runs[0], (flight.config.odometry_std_m, flight.config.odometry_std_rad)
     kind = get_controller(run.controller).pose
     if kind == "slam":
         return MonocularSlam(slam_config(run), start)
     if kind == "dead-reckoning":
-        return DeadReckoning(start, flight.config.odometry_std_m, flight.config.odometry_std_rad)
+        return DeadReckoning(start, *noise)
     shape = (run.iteration_count, 3)
     draws = np.stack([rng_of(run, "pose-error").standard_normal(shape) for run in runs])
-    return KnownPose(flight, run.pose_error, run.pose_error_m, draws)
+    oracle = KnownPose(flight, run.pose_error, run.pose_error_m, draws)
+    if kind == "known":
+        return oracle
+    return FixAided(start, oracle, *noise)
 
 
 def _prior(runs: Sequence[FlightRun], flight: Flight, is_single: bool) -> TargetPrior:

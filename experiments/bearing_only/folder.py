@@ -11,6 +11,7 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from experiments import manifest, records
 from experiments.bearing_only.config import FlightResult, FlightTimings
@@ -44,8 +45,8 @@ def line_of(row: FlightResult | FlightTimings) -> str:
 
 def open_folder(out: Path, study: str, workers: int) -> set[str]:
     """Claims a folder for a study or goes on with it; the ids of the flights that are done."""
-    content = manifest.read_manifest(out)
-    if content is None:
+    content: dict[str, Any] = manifest.read_manifest(out) or {}
+    if not content:
         if (out / RUNS).exists():
             raise ValueError(f"{out} holds a {RUNS} without its manifest.json; {OTHER_FOLDER}")
         content = {"bearing_only_study": study, "sessions": []}

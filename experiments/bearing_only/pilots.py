@@ -19,8 +19,8 @@ from tracker.bearing_only.pilot import PilotConfig
 from tracker.bearing_only.slam import SlamConfig
 from tracker.bearing_only.target_filter import TargetNoise
 
-INDOOR_SCALE = 0.1
-"""Of accelerations and speeds indoors, beside those of the flights."""
+INDOOR_SCALE = 0.02
+"""Of accelerations indoors beside those of the flights: speed squared over distance."""
 
 CORNER_STD_PX = 2.0
 """Of corners that are followed in images: they are 0.2 px exact from one image to the next, but
@@ -87,7 +87,12 @@ def camera_of(run: FlightRun) -> PinholeCamera:
 def slam_config(run: FlightRun) -> SlamConfig:
     """Settings of the run's map; indoors everything is nearer."""
     if run.is_rendered:
-        return SlamConfig(pixel_std_px=CORNER_STD_PX, capacity=CORNER_CAPACITY)
+        return SlamConfig(
+            pixel_std_px=CORNER_STD_PX,
+            rho_per_m=0.06,
+            rho_std_per_m=0.03,
+            capacity=CORNER_CAPACITY,
+        )
     if run.study != "robot":
         return SlamConfig()
     return SlamConfig(

@@ -1,5 +1,8 @@
 """Rebuilds every table and figure of a folder of flights from its files."""
 
+# pyright: basic, reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportGeneralTypeIssues=false
+# pandas is annotated in part: what a selection or a group gives is not known.
+
 from __future__ import annotations
 
 from pathlib import Path

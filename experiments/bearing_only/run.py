@@ -16,7 +16,7 @@ from tqdm import tqdm
 from experiments import manifest
 from experiments.bearing_only import folder
 from experiments.bearing_only.config import FlightRun, FlightTimings
-from experiments.bearing_only.controllers import get_controller
+from experiments.bearing_only.controllers import ORACLES, get_controller
 from experiments.bearing_only.flying import fly
 from experiments.bearing_only.folder import Left, line_of
 from experiments.bearing_only.scores import failed_result, results_of
@@ -132,7 +132,7 @@ def _tasks(runs: Sequence[FlightRun]) -> Iterator[Task]:
     """Runs of an oracle that differ in their seed alone fly together."""
     together: dict[tuple[object, ...], list[FlightRun]] = {}
     for run in runs:
-        if get_controller(run.controller).pose != "known":
+        if get_controller(run.controller).pose not in ORACLES:
             yield Task((run,))
             continue
         cell = (run.controller, run.v_max_mps, run.range_prior, run.pose_error, run.pose_error_m)

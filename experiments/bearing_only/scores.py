@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ def results_of(runs: Sequence[FlightRun], flown: Flown, commit: str) -> list[Fli
         FlightResult(
             **_identity(run),
             outcome=_outcome(run, flown.log, measures, index),
-            **{name: _cell(values[index]) for name, values in measures.items()},
+            **_cells(measures, index),
             commit=commit,
         )
         for index, run in enumerate(runs)
@@ -44,20 +45,22 @@ def failed_result(run: FlightRun, outcome: Outcome, detail: str, commit: str) ->
     return FlightResult(**_identity(run), outcome=outcome, detail=detail[:1000], commit=commit)
 
 
-def _identity(run: FlightRun) -> dict[str, object]:
+def _identity(run: FlightRun) -> dict[str, Any]:
     return {"run_id": run.run_id, **asdict(run)}
 
 
-def _cell(value: float) -> float | int | None:
-    if np.isnan(value):
-        return None
-    return int(value) if isinstance(value, np.integer) else float(value)
+def _cells(measures: dict[str, NDArray[np.float64]], index: int) -> dict[str, Any]:
+    """Column -> number of one flight; None where there is none."""
+    values = {name: float(column[index]) for name, column in measures.items()}
+    cells: dict[str, Any] = {n: None if np.isnan(value) else value for n, value in values.items()}
+    switch = cells["switch_iteration"]
+    return cells | {"switch_iteration": None if switch is None else int(switch)}
 
 
 def _outcome(
     run: FlightRun, log: FlightLog, measures: dict[str, NDArray[np.float64]], index: int
 ) -> Outcome:
-    if measures["robot_error_m"][index] > ASTRAY_M:
+    if run.pose_error == "none" and measures["robot_error_m"][index] > ASTRAY_M:
         return "diverged"
     unseen = log.array("unseen_count")[-1, index]
     return "lost" if unseen > pilot_config(run).lost_after else "tracked"
@@ -77,7 +80,7 @@ def _measures(run: FlightRun, flown: Flown) -> dict[str, NDArray[np.float64]]:
     with np.errstate(invalid="ignore"):
         switched = follow < 0.5 * run.v_max_mps
     first = np.where(switched.any(axis=0), switched.argmax(axis=0), np.nan)
-    return {
+    measures: dict[str, Any] = {
         "target_error_m": target_error.mean(axis=0),
         "target_error_late_m": target_error[late].mean(axis=0),
         "target_error_end_m": target_error[-1],
@@ -97,13 +100,15 @@ def _measures(run: FlightRun, flown: Flown) -> dict[str, NDArray[np.float64]]:
         "aside_speed_mps": _aside_speed(log, flown.flight.config.dt_s),
         "landmarks_in_view": np.full(len(target_error[0]), np.mean(log.landmarks_in_view)),
     }
+    return measures
 
 
 def _nees(error: NDArray[np.float64], covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """(flights,): median over the iterations of e^T P^-1 e; NaN where P is zero (an oracle)."""
     is_known = np.linalg.det(covariance).min(axis=0) > 0.0
     safe = np.where(is_known[:, None, None], covariance, np.eye(3))
-    squares = np.einsum("kfi,kfi->kf", error, np.linalg.solve(safe, error[..., None])[..., 0])
+    solved: NDArray[np.float64] = np.linalg.solve(safe, error[..., None])[..., 0]
+    squares = np.einsum("kfi,kfi->kf", error, solved)
     if not len(squares):
         return np.full(len(is_known), np.nan)
     return np.where(is_known, np.median(squares, axis=0), np.nan)

@@ -1,5 +1,8 @@
 """Tables of bearing-only flights, from runs.csv and timings.csv alone."""
 
+# pyright: basic, reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportGeneralTypeIssues=false
+# pandas is annotated in part: what a selection or a group gives is not known.
+
 from __future__ import annotations
 
 import math

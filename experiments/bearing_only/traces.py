@@ -1,5 +1,8 @@
 """What a flight leaves beside its row: error curves of all, and everything of a few to look at."""
 
+# pyright: basic, reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportGeneralTypeIssues=false
+# pandas is annotated in part: what a selection or a group gives is not known.
+
 from __future__ import annotations
 
 import io

@@ -16,7 +16,7 @@ from tracker.bearing_only.control import (
     manoeuvre_direction,
     unit,
 )
-from tracker.bearing_only.differential_drive import DifferentialDrive
+from tracker.bearing_only.differential_drive import DifferentialDrive, WheelDrive
 from tracker.bearing_only.measurements import (
     BodyIncrement,
     Measurements,
@@ -107,6 +107,7 @@ class BearingPilot:
         self.config = config
         self._source, self._prior, self._whims = source, prior, whims
         self._filter: TargetFilter | None = None
+        self._wheels = None if config.drive is None else WheelDrive(config.drive)
         self._pose: PoseBelief | None = None
         self._target: TargetBelief | None = None
         self._unseen = np.zeros((), int)
@@ -203,10 +204,10 @@ class BearingPilot:
             direction = unit(direction * np.array([1.0, 1.0, 0.0]))
         speed = follow(control, pose, target)
         free = command(control, self.config.dt_s, speed, direction, aim(rays))
-        if self.config.drive is None:
+        if self._wheels is None:
             return free
         wanted_mps = free.increment.displacement_m / self.config.dt_s
-        increment = self.config.drive.convert(wanted_mps, rays, self.config.dt_s)
+        increment = self._wheels.convert(wanted_mps, rays, self.config.dt_s)
         return replace(free, increment=increment)
 
 

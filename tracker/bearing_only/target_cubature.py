@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observation import view_target
-from tracker.bearing_only.target_filter import TargetNoise, measurement_noise
+from tracker.bearing_only.target_filter import TargetNoise, inverse_2x2, measurement_noise
 from tracker.bearing_only.target_models import acceleration_noise, straight_transition
 
 
@@ -61,7 +61,7 @@ class CubatureFilter:
         at_mean = view_target(self._camera, pose, mean[..., :3])
         R_root = np.linalg.cholesky(measurement_noise(at_mean, pose, self._noise.pixel_std_px))
         S = Z @ np.swapaxes(Z, -1, -2) + R_root @ np.swapaxes(R_root, -1, -2)
-        K = np.swapaxes(np.linalg.solve(S, Z @ np.swapaxes(X, -1, -2)), -1, -2)
+        K = X @ np.swapaxes(Z, -1, -2) @ inverse_2x2(S)
         L = _factor(np.concatenate([X - K @ Z, K @ R_root], axis=-1))
         moved = mean + np.einsum("...ij,...j->...i", K, pixel - predicted)
         self._state = np.where(is_used[..., None], moved, mean)
