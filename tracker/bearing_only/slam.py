@@ -32,6 +32,9 @@ from tracker.bearing_only.pose_sources import moved_position, odometry_jacobians
 from tracker.bearing_only.target_filter import inverse_2x2
 from tracker.checks import require_count, require_positive, require_share
 
+_SURELY = 3.0
+"""Standard deviations by which an inverse depth must be negative to be impossible; while depths are
+unknown, noise makes that of a far landmark negative for a while."""
 POSE = 6
 """Numbers of the pose in the state."""
 
@@ -224,8 +227,10 @@ class MonocularSlam:
             table.found < config.found_share * table.tried
         )
         deep = np.flatnonzero(table.sizes == INVERSE_DEPTH)
-        rho = self._x[table.starts[deep] + 5 - POSE] if len(deep) else np.empty(0)
-        is_bad[deep[rho <= 0.0]] = True
+        if len(deep):
+            place = table.starts[deep] + 5
+            rho, std = self._x[place - POSE], np.sqrt(self._P[place, place])
+            is_bad[deep[rho + _SURELY * std < 0.0]] = True
         surplus = len(table) - int(is_bad.sum()) - config.capacity
         if surplus > 0:
             candidates = np.flatnonzero(~is_bad & (table.last_seen < self._iteration))

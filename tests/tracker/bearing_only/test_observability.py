@@ -61,7 +61,9 @@ def test_on_the_optical_axis_dS_is_singular_and_the_gradient_is_still_finite():
     """
     P = np.diag([4.0, 0.01, 0.01, 1.0, 1.0, 1.0])
     pose = PoseBelief(np.zeros(3), np.eye(3), np.zeros((6, 6)))
-    g = gain_gradient("trace", CAMERA, pose, TargetBelief(np.array([10.0, 0, 0]), np.zeros(3), P), 3.0)
+    g = gain_gradient(
+        "trace", CAMERA, pose, TargetBelief(np.array([10.0, 0, 0]), np.zeros(3), P), 3.0
+    )
     assert np.isfinite(g).all()
     assert np.allclose(g[1:], 0.0, atol=1e-12)
 
