@@ -49,9 +49,10 @@ class SlamConfig:
     odometry_std_rad: float = 3.5e-4
     """0.02 degrees; [Wu2022] Table 1."""
     rho_per_m: float = 0.1
-    rho_std_per_m: float = 0.1
-    """Inverse depth of a new landmark: one standard deviation reaches from 5 m to infinity, two to
-    3 m. A narrower prior costs landmarks that are nearer, and the pose with them."""
+    rho_std_per_m: float = 0.5
+    """Inverse depth of a new landmark; the values of [Civera2008] section VI. It must be wide: the
+    landmarks share the error of the guess, and the filter takes it for independent, so that a
+    narrow prior of many landmarks outvotes the odometry about the scale of everything."""
     gate: float = 13.8
     """Squared Mahalanobis distance beyond which a pixel is not believed: 99.9 % of a chi-square
     with two degrees. It is needed even with perfect association, as near landmarks of unknown
