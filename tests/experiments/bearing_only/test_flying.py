@@ -80,14 +80,27 @@ def test_without_landmarks_the_pose_is_that_of_the_odometry():
     assert np.isclose(result.robot_error_m, result.dead_reckoning_error_m)
 
 
-def test_a_target_that_leaves_the_view_for_good_is_lost_and_its_row_is_kept():
-    run = replace(SHORT, controller="follow", target_speed_mps=60.0, iteration_count=150,
-                  v_max_mps=0.1)  # fmt: skip
-    run = replace(run, study="line", range_prior=0.03)
-    result = score(run)
+def test_a_target_that_leaves_the_view_for_good_is_lost_and_its_row_is_kept(monkeypatch):
+    class Leaving(flying.Flight):
+        def look(self):
+            sight = super().look()
+            return replace(sight, is_target_seen=sight.is_target_seen & (self.iteration < 20))
+
+    monkeypatch.setattr(flying, "Flight", Leaving)
+    result = score(replace(SHORT, iteration_count=100))
     assert result.outcome == "lost"
     assert result.target_error_m is not None
-    assert result.seen_share < 0.9
+    assert result.seen_share == 0.2
+
+
+def test_a_target_that_is_never_seen_is_a_row_too(monkeypatch):
+    class Blind(flying.Flight):
+        def look(self):
+            return replace(super().look(), is_target_seen=np.zeros((), bool))
+
+    monkeypatch.setattr(flying, "Flight", Blind)
+    result = score(replace(SHORT, iteration_count=5))
+    assert (result.outcome, result.detail) == ("lost", "the target was never seen")
 
 
 def test_a_measurement_that_is_no_number_breaks_the_flight_off_with_its_reason(monkeypatch):
