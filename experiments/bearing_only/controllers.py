@@ -78,6 +78,13 @@ CONTROLLERS: dict[str, Controller] = {
         pose="fused",
         floor_share=1.0,
     ),
+    "known-pose-log-det": Controller("as log-det, with the true pose (oracle)", pose="known"),
+    "known-pose-cubature": Controller(
+        "as cubature, with the true pose (oracle)", pose="known", target_model="cubature"
+    ),
+    "known-pose-mixture": Controller(
+        "as mixture, with the true pose (oracle)", pose="known", target_model="mixture"
+    ),
     "known-pose-turn": Controller(
         "as turn, with the true pose (oracle)", pose="known", target_model="turn"
     ),

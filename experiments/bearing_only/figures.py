@@ -31,6 +31,9 @@ STYLES: dict[str, tuple[str, str]] = {
     "known-pose": ("#0072B2", ":"),
     "known-pose-published": ("#8C6D31", ":"),
     "fused-pose": ("#009E73", ":"),
+    "known-pose-log-det": ("#009E73", ":"),
+    "known-pose-cubature": ("#CC79A7", ":"),
+    "known-pose-mixture": ("#E69F00", ":"),
     "known-pose-turn": ("#D55E00", ":"),
 }
 """Colour and line of each controller; oracles are dotted."""

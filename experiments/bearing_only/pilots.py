@@ -100,5 +100,5 @@ def slam_config(run: FlightRun) -> SlamConfig:
         odometry_std_m=0.001,
         odometry_std_rad=math.radians(0.05),
         rho_per_m=0.3,
-        rho_std_per_m=0.15,
+        rho_std_per_m=1.0,
     )

@@ -105,12 +105,12 @@ def _measures(run: FlightRun, flown: Flown) -> dict[str, NDArray[np.float64]]:
 
 def _nees(error: NDArray[np.float64], covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """(flights,): median over the iterations of e^T P^-1 e; NaN where P is zero (an oracle)."""
+    if not len(error):
+        return np.full(error.shape[1], np.nan)
     is_known = np.linalg.det(covariance).min(axis=0) > 0.0
     safe = np.where(is_known[:, None, None], covariance, np.eye(3))
     solved: NDArray[np.float64] = np.linalg.solve(safe, error[..., None])[..., 0]
     squares = np.einsum("kfi,kfi->kf", error, solved)
-    if not len(squares):
-        return np.full(len(is_known), np.nan)
     return np.where(is_known, np.median(squares, axis=0), np.nan)
 
 

@@ -39,15 +39,16 @@ STUDIES: dict[str, Study] = {
     "line": Study(
         "[Wu2022] section 6.2.1: a target comes head-on, with a good and with a rough range prior",
         FlightRun("line", "gradient", iteration_count=300),
-        ("gradient", "gradient-floor", "log-det", "turn", "mixture", "follow", "random",
-         "dead-reckoning", "known-pose"),
+        ("gradient", "gradient-floor", "turn", "follow", "random", "dead-reckoning", "known-pose",
+         "known-pose-log-det", "known-pose-mixture", "known-pose-turn"),
         ({"range_prior": 0.03}, {"range_prior": 0.2}),
     ),
     "circle": Study(
         "[Wu2022] section 6.2.2: a target flies a circle",
         FlightRun("circle", "gradient"),
-        ("published", "gradient", "log-det", "cubature", "mixture", "turn", "follow", "random",
-         "dead-reckoning", "known-pose", "known-pose-turn"),
+        ("published", "gradient", "log-det", "mixture", "turn", "follow", "random",
+         "dead-reckoning", "known-pose", "known-pose-log-det", "known-pose-cubature",
+         "known-pose-mixture", "known-pose-turn"),
     ),
     "speed": Study(
         "[Wu2022] Fig. 19: the circle at several speeds of the vehicle",
@@ -80,8 +81,7 @@ STUDIES: dict[str, Study] = {
         FlightRun(
             "robot", "gradient", v_max_mps=0.2, target_speed_mps=0.07, iteration_count=600
         ),
-        ("gradient", "gradient-floor", "log-det", "follow", "random", "dead-reckoning",
-         "known-pose"),
+        ("gradient", "follow", "random", "dead-reckoning", "known-pose"),
         equilibrium_m=1.0,
     ),
 }  # fmt: skip

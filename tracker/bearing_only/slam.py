@@ -32,6 +32,9 @@ from tracker.bearing_only.pose_sources import moved_position, odometry_jacobians
 from tracker.bearing_only.target_filter import inverse_2x2
 from tracker.checks import require_count, require_positive, require_share
 
+_SURELY = 3.0
+"""Standard deviations by which an inverse depth must be negative to be impossible; while depths are
+unknown, noise makes that of a far landmark negative for a while."""
 POSE = 6
 """Numbers of the pose in the state."""
 
@@ -46,9 +49,10 @@ class SlamConfig:
     odometry_std_rad: float = 3.5e-4
     """0.02 degrees; [Wu2022] Table 1."""
     rho_per_m: float = 0.1
-    rho_std_per_m: float = 0.1
-    """Inverse depth of a new landmark: one standard deviation reaches from 5 m to infinity, two to
-    3 m. A narrower prior costs landmarks that are nearer, and the pose with them."""
+    rho_std_per_m: float = 0.5
+    """Inverse depth of a new landmark; the values of [Civera2008] section VI. It must be wide: the
+    landmarks share the error of the guess, and the filter takes it for independent, so that a
+    narrow prior of many landmarks outvotes the odometry about the scale of everything."""
     gate: float = 13.8
     """Squared Mahalanobis distance beyond which a pixel is not believed: 99.9 % of a chi-square
     with two degrees. It is needed even with perfect association, as near landmarks of unknown
@@ -224,8 +228,10 @@ class MonocularSlam:
             table.found < config.found_share * table.tried
         )
         deep = np.flatnonzero(table.sizes == INVERSE_DEPTH)
-        rho = self._x[table.starts[deep] + 5 - POSE] if len(deep) else np.empty(0)
-        is_bad[deep[rho <= 0.0]] = True
+        if len(deep):
+            place = table.starts[deep] + 5
+            rho, std = self._x[place - POSE], np.sqrt(self._P[place, place])
+            is_bad[deep[rho + _SURELY * std < 0.0]] = True
         surplus = len(table) - int(is_bad.sum()) - config.capacity
         if surplus > 0:
             candidates = np.flatnonzero(~is_bad & (table.last_seen < self._iteration))
