@@ -32,7 +32,7 @@ def command(*words: str) -> subprocess.CompletedProcess[str]:
 
 def test_the_command_flies_films_and_reports(tmp_path: Path):
     words = ("circle", "--pixels", "--controllers", "turn", "--seeds", "1", "--first-seed", "1000")
-    words = (*words, "--iterations", "25", "--workers", "1", "--out", str(tmp_path))
+    words = (*words, "--iterations", "12", "--workers", "1", "--out", str(tmp_path))
     run = command(*words, "--video")
     assert run.returncode == 0, run.stderr
     rows = list(csv.DictReader((tmp_path / "runs.csv").open()))
