@@ -9,7 +9,8 @@ and `sim.referee`; `experiments/cell.py` reads it out. Where it and a tracker ar
 - `experiments/perception.py` holds the oracles beside the trackers;
 - `experiments/loop.py` runs perception and writes the truth into the trace, for scoring;
 - `experiments/bearing_only/flying.py` is the loop of the bearing-only flights, whose truth lives in
-  `sim.flight`, and `oracles.py` beside it holds their oracles.
+  `sim.flight`; beside it `oracles.py` holds their oracles, `senses.py` and `image_senses.py` turn
+  the world into measurements, and `top_view.py` draws truth and belief for a film.
 """
 
 from __future__ import annotations
@@ -46,7 +47,10 @@ TRUTH_MEETS_TRACKER = {
         "perception",
         "teaching",
         "bearing_only.flying",
+        "bearing_only.image_senses",
         "bearing_only.oracles",
+        "bearing_only.senses",
+        "bearing_only.top_view",
     )
 }
 SEEDING = "experiments.seeding"
