@@ -14,6 +14,7 @@ from experiments.presets import PRESETS
 @cache
 def catalogue() -> dict[str, dict[str, str]]:
     """Kind -> name -> description; imports the simulation, so it takes a second."""
+    from experiments.bearing_only.controllers import CONTROLLERS
     from experiments.otb.contestants import CONTESTANTS
     from experiments.otb.protocols import PROTOCOLS
     from experiments.perception import CONTROL_ARMS
@@ -47,6 +48,7 @@ def catalogue() -> dict[str, dict[str, str]]:
         "video trackers": _descriptions(videos),
         "readings, for video": _descriptions(READINGS),
         "protocols": _descriptions(PROTOCOLS),
+        "controllers, for bearing-only": _descriptions(CONTROLLERS),
     }
 
 

@@ -17,6 +17,7 @@ import tyro
 from tyro.conf import Positional, arg, subcommand
 
 from experiments.apple.cli import Apple
+from experiments.bearing_only.commands import BearingOnly
 from experiments.config import TrialConfig
 from experiments.otb.commands import Otb
 from experiments.sweep_commands import CRASH_EXIT, INTERRUPT_EXIT, Merge, Sweep
@@ -143,6 +144,7 @@ Command: TypeAlias = (
     | Annotated[View, subcommand("view")]
     | Annotated[Otb, subcommand("otb")]
     | Annotated[Apple, subcommand("apple")]
+    | Annotated[BearingOnly, subcommand("bearing-only")]
 )
 
 

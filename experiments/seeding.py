@@ -25,6 +25,8 @@ class Stream(enum.IntEnum):
     BOOTSTRAP = 4
     FOOTAGE = 5
     """A rendered sequence; the place is its name."""
+    FLIGHT = 8
+    """A flight of bearing-only tracking; the place is the noise source."""
 
 
 def seed_sequence(seed: int, stream: Stream, place: str = "") -> np.random.SeedSequence:

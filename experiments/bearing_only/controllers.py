@@ -1,0 +1,102 @@
+"""The contestants: a pose source, a target filter and a control, each by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from experiments.catalogue import require_known
+from tracker.bearing_only.control import Manoeuvre
+from tracker.bearing_only.pilot import TargetModel
+
+PoseKind: TypeAlias = Literal["slam", "dead-reckoning", "known", "fused"]
+"""Monocular SLAM, the sum of the odometry, the truth with the study's error (an oracle), or the
+oracle's position fused with the odometry."""
+
+
+@dataclass(frozen=True)
+class Controller:
+    """One contestant."""
+
+    description: str
+    manoeuvre: Manoeuvre = "log-det"
+    pose: PoseKind = "slam"
+    target_model: TargetModel = "straight"
+    acceleration_std_mps2: float = 1.0
+    """Of the straight target model; a study may scale it."""
+    floor_share: float = 0.5
+    """1 for no uncertainty floor."""
+
+
+CONTROLLERS: dict[str, Controller] = {
+    "published": Controller(
+        "the seed's method with the process noise that reproduces its published error",
+        manoeuvre="trace",
+        acceleration_std_mps2=0.5,
+        floor_share=1.0,
+    ),
+    "gradient": Controller(
+        "the seed's method: gradient of the trace, constant velocity, no floor",
+        manoeuvre="trace",
+        floor_share=1.0,
+    ),
+    "gradient-floor": Controller(
+        "as gradient, with the uncertainty floor",
+        manoeuvre="trace",
+    ),
+    "log-det": Controller("gradient of the information, constant velocity, uncertainty floor"),
+    "cubature": Controller(
+        "as log-det, with a square-root cubature filter", target_model="cubature"
+    ),
+    "mixture": Controller("as log-det, straight and turning models mixed", target_model="mixture"),
+    "turn": Controller("as log-det, with a turn whose rate is estimated", target_model="turn"),
+    "follow": Controller("pure following: no manoeuvre", manoeuvre="none"),
+    "random": Controller(
+        "a random direction across the line of sight in place of the gradient",
+        manoeuvre="random",
+        floor_share=1.0,
+    ),
+    "dead-reckoning": Controller(
+        "as gradient, with the sum of the odometry for a pose",
+        manoeuvre="trace",
+        pose="dead-reckoning",
+        floor_share=1.0,
+    ),
+    "known-pose": Controller(
+        "as gradient, with the true pose (oracle)", manoeuvre="trace", pose="known", floor_share=1.0
+    ),
+    "known-pose-published": Controller(
+        "as published, with the true pose (oracle)",
+        manoeuvre="trace",
+        pose="known",
+        acceleration_std_mps2=0.5,
+        floor_share=1.0,
+    ),
+    "fused-pose": Controller(
+        "as gradient, with the oracle's position and the odometry in one filter",
+        manoeuvre="trace",
+        pose="fused",
+        floor_share=1.0,
+    ),
+    "known-pose-log-det": Controller("as log-det, with the true pose (oracle)", pose="known"),
+    "known-pose-cubature": Controller(
+        "as cubature, with the true pose (oracle)", pose="known", target_model="cubature"
+    ),
+    "known-pose-mixture": Controller(
+        "as mixture, with the true pose (oracle)", pose="known", target_model="mixture"
+    ),
+    "known-pose-turn": Controller(
+        "as turn, with the true pose (oracle)", pose="known", target_model="turn"
+    ),
+}
+"""Every contestant by name."""
+
+
+ORACLES: tuple[PoseKind, ...] = ("known", "fused")
+"""Kinds of pose that read the truth; their flights of several seeds go on at once."""
+
+
+def get_controller(name: str) -> Controller:
+    """The contestant; ValueError lists the names for an unknown one."""
+    require_known("controller", name, CONTROLLERS)
+    return CONTROLLERS[name]

@@ -1,0 +1,202 @@
+"""One flight from the first image to the last: the world, the pilot, and what is noted of both."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.bearing_only.config import FlightRun
+from experiments.bearing_only.controllers import ORACLES, get_controller
+from experiments.bearing_only.oracles import KnownPose
+from experiments.bearing_only.pilots import PairedWhims, pilot_config, rng_of, slam_config
+from experiments.bearing_only.senses import Senses, senses_of
+from experiments.bearing_only.studies import world_of
+from sim.flight import DRAWS, Flight, FlightDraws
+from tracker.bearing_only.control import range_std
+from tracker.bearing_only.measurements import (
+    BodyIncrement,
+    Measurements,
+    MotionCommand,
+    PoseBelief,
+)
+from tracker.bearing_only.pilot import BearingPilot, TargetPrior
+from tracker.bearing_only.pose_sources import DeadReckoning, FixAided, PoseSource
+from tracker.bearing_only.slam import MonocularSlam
+
+LEAST_PRIOR = 0.1
+"""A guess of the range is not less than this share of the truth."""
+
+
+@dataclass(eq=False)
+class FlightLog:
+    """What happened: arrays with the iterations on the first axis, the flights on the second."""
+
+    robot_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    robot_estimate_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    robot_covariance: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    reckoned_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    target_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    target_velocity_mps: list[NDArray[np.float64]] = field(
+        default_factory=list[NDArray[np.float64]]
+    )
+    target_estimate_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    velocity_estimate_mps: list[NDArray[np.float64]] = field(
+        default_factory=list[NDArray[np.float64]]
+    )
+    target_covariance: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    sight_std_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    innovation_area_px2: list[NDArray[np.float64]] = field(
+        default_factory=list[NDArray[np.float64]]
+    )
+    follow_mps: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    command_mps: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    aside_mps: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    is_seen: list[NDArray[np.bool_]] = field(default_factory=list[NDArray[np.bool_]])
+    unseen_count: list[NDArray[np.int64]] = field(default_factory=list[NDArray[np.int64]])
+    landmarks_in_view: list[int] = field(default_factory=list[int])
+    step_s: list[float] = field(default_factory=list[float])
+
+    def array(self, name: str) -> NDArray[np.float64]:
+        """One list as an array (iterations, flights, ...)."""
+        values = np.array(getattr(self, name), float)
+        is_single = np.ndim(self.is_seen[0]) == 0
+        return values[:, None] if is_single else values
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """A finished flight, or one that broke off."""
+
+    log: FlightLog
+    flight: Flight
+    source: PoseSource
+    error: Exception | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """The state after one iteration, before the next motion."""
+
+    flight: Flight
+    pilot: BearingPilot
+    source: PoseSource
+    senses: Senses
+
+
+def fly(runs: Sequence[FlightRun], watch: Callable[[Instant], None] | None = None) -> Flown:
+    """Flies one run, or several of an oracle's that differ in their seed alone.
+
+    What breaks the pilot off (a measurement that is no number, a filter that fails) ends the
+    flight and is told in `Flown.error`; what happened until then is kept.
+
+    Args:
+        runs: What to fly.
+        watch: Is shown every iteration, as for a film; it changes nothing.
+    """
+    first, log = runs[0], FlightLog()
+    is_single = get_controller(first.controller).pose not in ORACLES
+    flight = _flight(runs, is_single)
+    start = PoseBelief(
+        flight.position_m, flight.R_world_body, np.zeros((*flight.position_m.shape[:-1], 6, 6))
+    )
+    noise = (flight.config.odometry_std_m, flight.config.odometry_std_rad)
+    source, reckoning = _source(runs, flight, start), DeadReckoning(start, *noise)
+    whims = PairedWhims([rng_of(run, "whims") for run in runs], is_single)
+    pilot = BearingPilot(pilot_config(first), source, _prior(runs, flight, is_single), whims)
+    still = np.zeros_like(flight.position_m)
+    odometry = BodyIncrement(still, still)
+    with contextlib.closing(senses_of(first, flight)) as senses:
+        for k in range(first.iteration_count):
+            try:
+                measurements = senses.measure(odometry)
+                started_s = time.perf_counter()
+                motion = pilot.step(measurements)
+            except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+                return Flown(log, flight, source, error)
+            log.step_s.append(time.perf_counter() - started_s)
+            reckoned = reckoning.update(measurements)
+            if pilot.has_target:
+                _note(log, flight, pilot, motion, reckoned, measurements)
+            if watch is not None:
+                watch(Instant(flight, pilot, source, senses))
+            odometry = motion.increment
+            if k + 1 < first.iteration_count:
+                flight.move(odometry.displacement_m, odometry.rotation_rad)
+    return Flown(log, flight, source)
+
+
+def _flight(runs: Sequence[FlightRun], is_single: bool) -> Flight:
+    config = world_of(runs[0])
+    draws = [FlightDraws.of(config, {name: rng_of(run, name) for name in DRAWS}) for run in runs]
+    return Flight(config, draws[0] if is_single else FlightDraws.stack(draws))
+
+
+def _source(runs: Sequence[FlightRun], flight: Flight, start: PoseBelief) -> PoseSource:
+    run, noise = runs[0], (flight.config.odometry_std_m, flight.config.odometry_std_rad)
+    kind = get_controller(run.controller).pose
+    if kind == "slam":
+        return MonocularSlam(slam_config(run), start)
+    if kind == "dead-reckoning":
+        return DeadReckoning(start, *noise)
+    shape = (run.iteration_count, 3)
+    draws = np.stack([rng_of(run, "pose-error").standard_normal(shape) for run in runs])
+    oracle = KnownPose(flight, run.pose_error, run.pose_error_m, draws)
+    if kind == "known":
+        return oracle
+    return FixAided(start, oracle, *noise)
+
+
+def _prior(runs: Sequence[FlightRun], flight: Flight, is_single: bool) -> TargetPrior:
+    """A rough guess of the range; with a good one (below 10 %) also one of the velocity."""
+    run, draws = runs[0], np.stack([rng_of(run, "prior").standard_normal(4) for run in runs])
+    if is_single:
+        draws = draws[0]
+    distance_m = float(np.linalg.norm(np.subtract(flight.config.target.start_m, run_start(flight))))
+    guess_m = distance_m * np.maximum(1.0 + run.range_prior * draws[..., 0], LEAST_PRIOR)
+    std_m = np.full_like(guess_m, run.range_prior * distance_m)
+    if run.range_prior < 0.1:
+        velocity = np.array(flight.target_velocity_mps) + 0.5 * draws[..., 1:]
+        return TargetPrior(guess_m, std_m, velocity, 0.5)
+    return TargetPrior(guess_m, std_m, np.zeros_like(draws[..., 1:]), run.target_speed_mps)
+
+
+def run_start(flight: Flight) -> NDArray[np.float64]:
+    """(3,): where the vehicle starts."""
+    return np.array(flight.config.start_m)
+
+
+def _note(
+    log: FlightLog,
+    flight: Flight,
+    pilot: BearingPilot,
+    motion: MotionCommand,
+    reckoned: PoseBelief,
+    measurements: Measurements,
+) -> None:
+    """Writes down truth and belief of this iteration."""
+    pose, target = pilot.pose, pilot.target
+    shape = flight.position_m.shape
+    log.robot_m.append(flight.position_m)
+    log.robot_estimate_m.append(pose.position_m)
+    log.robot_covariance.append(pose.covariance[..., :3, :3])
+    log.reckoned_m.append(reckoned.position_m)
+    log.target_m.append(np.broadcast_to(flight.target_m, shape))
+    log.target_velocity_mps.append(np.broadcast_to(flight.target_velocity_mps, shape))
+    log.target_estimate_m.append(target.position_m)
+    log.velocity_estimate_mps.append(target.velocity_mps)
+    log.target_covariance.append(target.covariance[..., :3, :3])
+    log.sight_std_m.append(range_std(pose, target)[1])
+    S = pilot.innovation_covariance
+    area = np.full(shape[:-1], np.nan) if S is None else np.pi * np.sqrt(np.linalg.det(S))
+    log.innovation_area_px2.append(area)
+    log.follow_mps.append(motion.follow_mps)
+    log.command_mps.append(motion.increment.displacement_m / flight.config.dt_s)
+    log.aside_mps.append(motion.observability_mps)
+    log.unseen_count.append(pilot.unseen_count)
+    log.is_seen.append(pilot.unseen_count == 0)
+    log.landmarks_in_view.append(len(measurements.features.ids))

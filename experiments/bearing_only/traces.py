@@ -1,0 +1,107 @@
+"""What a flight leaves beside its row: error curves of all, and everything of a few to look at."""
+
+# pyright: basic, reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportGeneralTypeIssues=false
+# pandas is annotated in part: what a selection or a group gives is not known.
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from experiments.bearing_only.config import FlightRun
+from experiments.bearing_only.flying import FlightLog, Flown
+from experiments.records import csv_line
+from tracker.bearing_only.slam import MonocularSlam
+
+CURVE_EVERY = 10
+"""Iterations between two samples of a curve."""
+CURVE_HEADER = (
+    "run_id,iteration,target_error_m,robot_error_m,dead_reckoning_error_m,sight_std_m,"
+    "innovation_area_px2\n"
+)
+CURVE_STUDIES = ("line", "circle", "robot", "line-pixels", "circle-pixels")
+TRACED = ("gradient", "follow", "turn")
+"""Controllers of which the flight with seed 0 is kept whole, for the figures."""
+TRACED_SEED = 0
+
+
+def curve_of(run: FlightRun, log: FlightLog, index: int) -> str:
+    """The curve of one flight as lines of CSV; empty for a study that draws none."""
+    if run.study not in CURVE_STUDIES or not log.is_seen:
+        return ""
+    errors = [
+        np.linalg.norm(log.array(a)[:, index] - log.array(b)[:, index], axis=-1)
+        for a, b in (
+            ("target_estimate_m", "target_m"),
+            ("robot_estimate_m", "robot_m"),
+            ("reckoned_m", "robot_m"),
+        )
+    ]
+    other = [log.array(name)[:, index] for name in ("sight_std_m", "innovation_area_px2")]
+    return "".join(
+        csv_line([run.run_id, k, *(_rounded(values[k]) for values in (*errors, *other))])
+        for k in range(0, len(log.is_seen), CURVE_EVERY)
+    )
+
+
+def is_traced(run: FlightRun) -> bool:
+    """Whether the whole flight is kept."""
+    return run.study in CURVE_STUDIES and run.controller in TRACED and run.seed == TRACED_SEED
+
+
+def trace_name(run: FlightRun) -> str:
+    """Name of the files of a flight that is kept."""
+    return f"{run.controller}_prior{run.range_prior:g}_v{run.v_max_mps:g}"
+
+
+def trace_of(log: FlightLog, index: int) -> str:
+    """The whole flight as CSV."""
+    columns: dict[str, np.ndarray] = {}
+    for name in ("robot", "robot_estimate", "reckoned", "target", "target_estimate"):
+        for axis, values in zip("xyz", log.array(f"{name}_m")[:, index].T, strict=True):
+            columns[f"{name}_{axis}_m"] = values
+    for name in ("command", "aside"):
+        for axis, values in zip("xyz", log.array(f"{name}_mps")[:, index].T, strict=True):
+            columns[f"{name}_{axis}_mps"] = values
+    P = log.array("target_covariance")[:, index]
+    for i, j in ((0, 0), (0, 1), (1, 1)):
+        columns[f"target_covariance_{'xyz'[i]}{'xyz'[j]}_m2"] = P[:, i, j]
+    for name in ("follow_mps", "sight_std_m", "innovation_area_px2", "is_seen"):
+        columns[name] = log.array(name)[:, index]
+    return _csv(pd.DataFrame(columns))
+
+
+def map_of(flown: Flown) -> str | None:
+    """The landmarks at the end, true and estimated, as CSV; None for a flight without a map.
+
+    Of corners in images the truth is not known, and their places are empty.
+    """
+    if not isinstance(flown.source, MonocularSlam):
+        return None
+    ids, points, P = flown.source.landmarks()
+    known = flown.flight.landmarks_m
+    truth = known[ids] if len(known) else np.full_like(points, np.nan)
+    columns: dict[str, np.ndarray] = {"id": ids}
+    for axis, true, estimate in zip("xyz", truth.T, points.T, strict=True):
+        columns[f"{axis}_m"], columns[f"estimate_{axis}_m"] = true, estimate
+    for i, j in ((0, 0), (0, 1), (1, 1)):
+        columns[f"covariance_{'xyz'[i]}{'xyz'[j]}_m2"] = P[:, i, j]
+    return _csv(pd.DataFrame(columns))
+
+
+def read_curves(path: Path) -> pd.DataFrame:
+    """All curves of a folder; without rows where there is no file."""
+    if not path.exists():
+        return pd.read_csv(io.StringIO(CURVE_HEADER))
+    return pd.read_csv(path, compression="gzip")
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _csv(frame: pd.DataFrame) -> str:
+    return frame.to_csv(index=False, float_format="%.5g", lineterminator="\n")

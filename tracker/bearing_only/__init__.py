@@ -1,0 +1,1 @@
+"""One camera finds itself, its map and a moving target by bearings alone.  Source: [Wu2022]."""

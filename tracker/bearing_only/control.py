@@ -1,0 +1,154 @@
+"""How to move: look at the target, keep the distance, move aside with the speed left over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.bearing_only.measurements import (
+    BodyIncrement,
+    MotionCommand,
+    PinholeCamera,
+    PoseBelief,
+    TargetBelief,
+)
+from tracker.bearing_only.observability import gain_gradient
+from tracker.checks import require_positive, require_share
+
+Manoeuvre: TypeAlias = Literal["none", "random", "trace", "log-det"]
+"""What is done with the speed that following leaves: nothing (pure following), a random direction
+across the line of sight, or the gradient of a gain."""
+
+_TIE_BREAK = 1e-6
+"""Share of a random direction in the gradient's. With the covariance aligned to the line of sight
+the lateral gradient is exactly zero, a saddle, and only noise would start the manoeuvre."""
+
+
+@dataclass(frozen=True)
+class ControlConfig:
+    """How the vehicle is steered."""
+
+    manoeuvre: Manoeuvre = "log-det"
+    v_max_mps: float = 2.5
+    """V of [Wu2022] Eq. 14."""
+    equilibrium_m: float = 10.0
+    """D^eq of [Wu2022] Eq. 15: the distance to keep."""
+    steepness_per_m: float = 0.5
+    """Lambda of [Wu2022] Eq. 15, in (0, 1]; the text does not say which."""
+    floor_share: float = 0.5
+    """Following may take this share of the speed at most while the range is uncertain; 1 for no
+    such floor, as in [Wu2022]. An overestimated range otherwise gives all speed to following, and
+    nothing ever corrects it."""
+    floor_ratio: float = 0.08
+    """The range is uncertain while its standard deviation is above this share of itself."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "v_max_mps", "equilibrium_m", "steepness_per_m", "floor_ratio")
+        require_share(self, "floor_share")
+
+
+def aim(rays_b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(..., 3) turn (roll, pitch, yaw) that brings (..., 3) unit rays onto the body's x axis.
+
+    Source: [Wu2022] Eq. 13, of a ray that is normalised (the text takes the arcsine of a vector
+    of any length) and with the arctangent of two arguments.
+    """
+    x, y, z = np.moveaxis(rays_b, -1, 0)
+    return np.stack([np.zeros_like(x), -np.arcsin(np.clip(z, -1.0, 1.0)), np.arctan2(y, x)], -1)
+
+
+def follow_speed(
+    distance_m: NDArray[np.float64], v_max_mps: float, equilibrium_m: float, steepness_per_m: float
+) -> NDArray[np.float64]:
+    """(...,) speed along the body's x axis [m/s].
+
+    Source: [Wu2022] Eq. 15; -V + 2 V / (1 + exp(lambda (D - d))) is V tanh(lambda (d - D) / 2).
+    """
+    return v_max_mps * np.tanh(0.5 * steepness_per_m * (distance_m - equilibrium_m))
+
+
+def range_std(pose: PoseBelief, target: TargetBelief) -> tuple[NDArray[np.float64], ...]:
+    """(...,) distance to the target and its standard deviation along the line of sight [m]."""
+    offset = target.position_m - pose.position_m
+    distance = np.linalg.norm(offset, axis=-1)
+    sight = offset / np.maximum(distance, 1e-9)[..., None]
+    P = target.covariance[..., :3, :3]
+    return distance, np.sqrt(np.einsum("...i,...ij,...j->...", sight, P, sight))
+
+
+def follow(config: ControlConfig, pose: PoseBelief, target: TargetBelief) -> NDArray[np.float64]:
+    """(...,) following speed at the estimated distance, held down while the range is uncertain."""
+    distance, std = range_std(pose, target)
+    speed = follow_speed(distance, config.v_max_mps, config.equilibrium_m, config.steepness_per_m)
+    limit = np.where(std > config.floor_ratio * distance, config.floor_share, 1.0)
+    if config.manoeuvre == "none":
+        limit = np.ones_like(distance)
+    return np.clip(speed, -limit * config.v_max_mps, limit * config.v_max_mps)
+
+
+def manoeuvre_direction(
+    kind: Manoeuvre,
+    camera: PinholeCamera,
+    pose: PoseBelief,
+    target: TargetBelief,
+    pixel_std_px: float,
+    whim: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(..., 3) unit vector in the body's frame; zero for pure following.
+
+    Args:
+        kind: What is done with the speed that following leaves.
+        camera: Of the vehicle.
+        pose: Of the vehicle.
+        target: Predicted to the next image.
+        pixel_std_px: Noise of the target's pixel.
+        whim: (..., 3) random numbers: the random direction, or what breaks a tie.
+    """
+    across = np.array([0.0, 1.0, 1.0]) * whim
+    if kind == "none":
+        return np.zeros_like(whim)
+    if kind == "random":
+        return unit(across)
+    g = gain_gradient(kind, camera, pose, target, pixel_std_px)
+    g = unit(np.einsum("...ji,...j->...i", pose.R_world_body, g))
+    return unit(g + _TIE_BREAK * unit(across))
+
+
+def command(
+    config: ControlConfig,
+    dt_s: float,
+    follow_mps: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    turn_rad: NDArray[np.float64],
+) -> MotionCommand:
+    """The motion of the next step.
+
+    Source: [Wu2022] Eq. 14, u = v_f e_x + (V - |v_f|) g / |g| and dx = V dt u / |u|. The text has
+    no norm bars in the first, no time step in either, and a second rotation, as R^(W->R)' takes
+    u to the world and Eq. 2 rotates it again: here both parts are in the body's frame and stay
+    there. Pure following moves by v_f dt; Eq. 14 would force it to the speed V, and it would
+    chatter at the equilibrium.
+
+    Args:
+        config: Of the control.
+        dt_s: Time step.
+        follow_mps: (...,) following speed.
+        direction: (..., 3) of the manoeuvre, in the body's frame; zero for pure following.
+        turn_rad: (..., 3) of the aim.
+    """
+    forward = follow_mps[..., None] * np.array([1.0, 0.0, 0.0])
+    aside = (config.v_max_mps - np.abs(follow_mps))[..., None] * direction
+    if config.manoeuvre == "none":
+        velocity = forward
+    else:
+        velocity = config.v_max_mps * unit(forward + aside)
+    return MotionCommand(BodyIncrement(dt_s * velocity, turn_rad), follow_mps, aside)
+
+
+def unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(..., 3) vectors of length one; zero stays zero."""
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return v / np.where(length > 0.0, length, 1.0)

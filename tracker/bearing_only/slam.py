@@ -1,0 +1,276 @@
+"""Monocular SLAM: the pose and the landmarks in one extended Kalman filter.
+
+The state is the pose, whose error has six numbers, then the landmarks in their order, six numbers
+each while their depth is uncertain and three afterwards. Source: [Civera2008], which [Wu2022]
+section 3 takes; the quaternion there is an error state here, so that nothing need be normalised.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from tracker.bearing_only.features import (
+    linearity,
+    new_features,
+    points_of,
+    view_inverse_depth,
+    view_points,
+)
+from tracker.bearing_only.frames import rotation_of_vector
+from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH, LandmarkTable
+from tracker.bearing_only.measurements import (
+    FeatureObservation,
+    Measurements,
+    PinholeCamera,
+    PoseBelief,
+)
+from tracker.bearing_only.pose_sources import moved_position, odometry_jacobians, odometry_noise
+from tracker.bearing_only.target_filter import inverse_2x2
+from tracker.checks import require_count, require_positive, require_share
+
+_SURELY = 3.0
+"""Standard deviations by which an inverse depth must be negative to be impossible; while depths are
+unknown, noise makes that of a far landmark negative for a while."""
+POSE = 6
+"""Numbers of the pose in the state."""
+
+
+@dataclass(frozen=True)
+class SlamConfig:
+    """Settings of the map and of its noise."""
+
+    camera: PinholeCamera = field(default_factory=PinholeCamera)
+    pixel_std_px: float = 3.0
+    odometry_std_m: float = 0.01
+    odometry_std_rad: float = 3.5e-4
+    """0.02 degrees; [Wu2022] Table 1."""
+    rho_per_m: float = 0.1
+    rho_std_per_m: float = 0.5
+    """Inverse depth of a new landmark; the values of [Civera2008] section VI. It must be wide: the
+    landmarks share the error of the guess, and the filter takes it for independent, so that a
+    narrow prior of many landmarks outvotes the odometry about the scale of everything."""
+    gate: float = 13.8
+    """Squared Mahalanobis distance beyond which a pixel is not believed: 99.9 % of a chi-square
+    with two degrees. It is needed even with perfect association, as near landmarks of unknown
+    depth are wildly nonlinear."""
+    linearity: float = 0.1
+    """Below this a landmark is converted to coordinates; [Civera2008] section V."""
+    trial_count: int = 10
+    """Sightings after which a landmark has to be found as often as `found_share`."""
+    found_share: float = 0.5
+    capacity: int = 400
+    """Landmarks at most; of those out of view the longest unseen has to go."""
+
+    def __post_init__(self) -> None:
+        require_positive(
+            self,
+            "pixel_std_px",
+            "odometry_std_m",
+            "odometry_std_rad",
+            "rho_per_m",
+            "rho_std_per_m",
+            "gate",
+            "linearity",
+        )
+        require_count(self, "trial_count", "capacity")
+        require_share(self, "found_share")
+
+
+class MonocularSlam:
+    """The pose by landmarks of unknown place; a pose source for a pilot."""
+
+    def __init__(self, config: SlamConfig, start: PoseBelief) -> None:
+        self.config = config
+        self._position = np.array(start.position_m, float)
+        self._R = np.array(start.R_world_body, float)
+        self._x = np.empty(0)
+        self._P: NDArray[np.float64] = np.array(start.covariance, float)
+        self._table = LandmarkTable(POSE)
+        self._iteration = 0
+
+    @property
+    def pose(self) -> PoseBelief:
+        """The pose now."""
+        return PoseBelief(self._position.copy(), self._R.copy(), self._P[:POSE, :POSE].copy())
+
+    @property
+    def state_size(self) -> int:
+        """Numbers in the state."""
+        return len(self._P)
+
+    def landmarks(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Ids (n,), coordinates (n, 3) and their covariances (n, 3, 3) of the map now."""
+        n = len(self._table)
+        points, covariances = np.empty((n, 3)), np.empty((n, 3, 3))
+        for size in (INVERSE_DEPTH, COORDINATES):
+            rows = np.flatnonzero(self._table.sizes == size)
+            index = self._table.indices(rows, size)
+            P = self._P[index[:, :, None], index[:, None, :]]
+            values = self._x[index - POSE]
+            if size == INVERSE_DEPTH:
+                values, J = points_of(values)
+                P = J @ P @ np.swapaxes(J, 1, 2)
+            points[rows], covariances[rows] = values, P
+        return self._table.ids.copy(), points, covariances
+
+    def update(self, measurements: Measurements) -> PoseBelief:
+        """One iteration: odometry, the landmarks that are known, and those that are new."""
+        self._iteration += 1
+        self._predict(measurements)
+        features = measurements.features
+        rows = self._table.rows_of(features.ids)
+        is_known = rows >= 0
+        if is_known.any():
+            self._correct(rows[is_known], features.pixels[is_known])
+        self._convert()
+        self._remove()
+        if not is_known.all():
+            self._enter(FeatureObservation(features.ids[~is_known], features.pixels[~is_known]))
+        return self.pose
+
+    def _predict(self, measurements: Measurements) -> None:
+        """Moves pose and covariance by the odometry; landmarks stand still."""
+        pose, increment, config = self.pose, measurements.odometry, self.config
+        dR, F = odometry_jacobians(pose.R_world_body, increment)
+        Q = odometry_noise(pose.R_world_body, config.odometry_std_m, config.odometry_std_rad)
+        self._position, self._R = moved_position(pose, increment), self._R @ dR
+        rows = F @ self._P[:POSE]
+        rows[:, :POSE] = rows[:, :POSE] @ F.T + Q
+        self._P[:POSE] = rows
+        self._P[:, :POSE] = rows.T
+
+    def _correct(self, rows: NDArray[np.int64], pixels: NDArray[np.float64]) -> None:
+        """Takes in the pixels of known landmarks, all that pass the gate at once."""
+        predicted, HP, S, is_in_front = self._predict_pixels(rows)
+        residual = pixels - predicted
+        n = len(rows)
+        pairs = 2 * np.arange(n)[:, None] + np.arange(2)
+        blocks = S[pairs[:, :, None], pairs[:, None, :]]
+        distance = np.einsum("ni,nij,nj->n", residual, inverse_2x2(blocks), residual)
+        is_believed = is_in_front & (distance < self.config.gate)
+        table = self._table
+        table.tried[rows] += 1
+        table.found[rows] += is_believed
+        table.last_seen[rows] = self._iteration
+        if not is_believed.any():
+            return
+        if not is_believed.all():
+            used = pairs[is_believed].reshape(-1)
+            S, HP, residual = S[np.ix_(used, used)], HP[used], residual[is_believed]
+        L = np.linalg.cholesky(S)
+        W = _solve_lower(L, HP)
+        self._P -= W.T @ W
+        self._move(W.T @ _solve_lower(L, residual.reshape(-1)))
+
+    def _predict_pixels(self, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:
+        """Pixels (n, 2), H P (2n, N), S (2n, 2n) and which landmarks are in front (n,)."""
+        n, N, pose = len(rows), self.state_size, self.pose
+        predicted, is_in_front = np.empty((n, 2)), np.empty(n, bool)
+        by_pose = np.empty((n, 2, POSE))
+        parts: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]] = []
+        for size, view in ((INVERSE_DEPTH, view_inverse_depth), (COORDINATES, view_points)):
+            which = np.flatnonzero(self._table.sizes[rows] == size)
+            if len(which):
+                index = self._table.indices(rows[which], size)
+                values = self._x[index - POSE]
+                seen = view(self.config.camera, pose, values)
+                predicted[which], by_pose[which], by_feature, is_in_front[which] = seen
+                parts.append((which, index, by_feature))
+        HP = (by_pose.reshape(-1, POSE) @ self._P[:POSE]).reshape(n, 2, N)
+        for which, index, by_feature in parts:
+            HP[which] += by_feature @ self._P[index]
+        HP = HP.reshape(2 * n, N)
+        S = (HP[:, :POSE] @ by_pose.reshape(-1, POSE).T).reshape(2 * n, n, 2)
+        for which, index, by_feature in parts:
+            S[:, which] += np.einsum("anf,nbf->anb", HP[:, index], by_feature)
+        S = S.reshape(2 * n, 2 * n)
+        S = 0.5 * (S + S.T)
+        S[range(2 * n), range(2 * n)] += self.config.pixel_std_px**2
+        return predicted, HP, S, is_in_front
+
+    def _move(self, error: NDArray[np.float64]) -> None:
+        """Puts the estimated error into the state."""
+        self._position = self._position + error[:3]
+        self._R = self._R @ rotation_of_vector(error[3:POSE])
+        self._x = self._x + error[POSE:]
+
+    def _convert(self) -> None:
+        """Landmarks whose depth is well known get coordinates: half the numbers."""
+        rows = np.flatnonzero(self._table.sizes == INVERSE_DEPTH)
+        if not len(rows):
+            return
+        index = self._table.indices(rows, INVERSE_DEPTH)
+        features = self._x[index - POSE]
+        variance = self._P[index[:, 5], index[:, 5]]
+        chosen = linearity(features, variance, self._position) < self.config.linearity
+        if not chosen.any():
+            return
+        index = index[chosen]
+        points, J = points_of(features[chosen])
+        self._x[index[:, :COORDINATES] - POSE] = points
+        N = self.state_size
+        self._P[index[:, :COORDINATES]] = J @ self._P[index]
+        columns = np.einsum("Nnf,ncf->Nnc", self._P[:, index], J)
+        self._P[:, index[:, :COORDINATES]] = columns
+        self._table.sizes[rows[chosen]] = COORDINATES
+        is_kept = np.ones(N, bool)
+        is_kept[index[:, COORDINATES:]] = False
+        self._shrink(is_kept)
+
+    def _remove(self) -> None:
+        """Drops landmarks that are not believed, lie behind infinity, or are too many."""
+        table, config = self._table, self.config
+        is_bad = (table.tried >= config.trial_count) & (
+            table.found < config.found_share * table.tried
+        )
+        deep = np.flatnonzero(table.sizes == INVERSE_DEPTH)
+        if len(deep):
+            place = table.starts[deep] + 5
+            rho, std = self._x[place - POSE], np.sqrt(self._P[place, place])
+            is_bad[deep[rho + _SURELY * std < 0.0]] = True
+        surplus = len(table) - int(is_bad.sum()) - config.capacity
+        if surplus > 0:
+            candidates = np.flatnonzero(~is_bad & (table.last_seen < self._iteration))
+            oldest = candidates[np.argsort(table.last_seen[candidates], kind="stable")]
+            is_bad[oldest[:surplus]] = True
+        if not is_bad.any():
+            return
+        numbers = np.concatenate([np.ones(POSE, bool), np.repeat(~is_bad, table.sizes)])
+        self._shrink(numbers)
+        table.keep(~is_bad)
+
+    def _shrink(self, is_kept: NDArray[np.bool_]) -> None:
+        """Leaves out numbers of the state."""
+        kept = np.flatnonzero(is_kept)
+        self._P = self._P[np.ix_(kept, kept)]
+        self._x = self._x[is_kept[POSE:]]
+
+    def _enter(self, new: FeatureObservation) -> None:
+        """New landmarks: correlated with the pose from which they are first seen."""
+        config, N, n = self.config, self.state_size, len(new.ids)
+        features, by_pose, by_pixel = new_features(
+            config.camera, self.pose, new.pixels, config.rho_per_m
+        )
+        J = by_pose.reshape(-1, POSE)
+        own = np.zeros((n, INVERSE_DEPTH, INVERSE_DEPTH))
+        own[:, 3:5, 3:5] = config.pixel_std_px**2 * by_pixel @ np.swapaxes(by_pixel, 1, 2)
+        own[:, 5, 5] = config.rho_std_per_m**2
+        P = np.empty((N + len(J), N + len(J)))
+        P[:N, :N] = self._P
+        P[N:, :N] = J @ self._P[:POSE]
+        P[:N, N:] = P[N:, :N].T
+        P[N:, N:] = J @ self._P[:POSE, :POSE] @ J.T
+        index = N + np.arange(len(J)).reshape(n, INVERSE_DEPTH)
+        P[index[:, :, None], index[:, None, :]] += own
+        self._P = P
+        self._x = np.concatenate([self._x, features.reshape(-1)])
+        self._table.add(new.ids, self._iteration)
+
+
+def _solve_lower(L: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """L^-1 right for a lower triangular L."""
+    return np.asarray(scipy.linalg.solve_triangular(L, right, lower=True, check_finite=False))

@@ -1,0 +1,210 @@
+"""Extended Kalman filters of a target by its pixel alone, with the vehicle's own doubt in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
+from tracker.bearing_only.observation import TargetView, view_target
+from tracker.bearing_only.target_models import acceleration_noise, straight_transition, turn
+from tracker.checks import require_positive
+
+
+@dataclass(frozen=True)
+class TargetNoise:
+    """What a target filter takes for granted about noise."""
+
+    acceleration_std_mps2: float = 1.0
+    """Of the straight model, per axis. A circle of 8 m at 2 m/s has 0.5 m/s^2."""
+    pixel_std_px: float = 3.0
+    """[Wu2022] Table 1."""
+    turn_acceleration_std_mps2: float = 0.1
+    """Of the turn model, per axis: its turn rate explains the rest."""
+    turn_rate_std_radps: float = 0.5
+    """Of the turn rate before anything is known of it."""
+    turn_rate_drift_radps2: float = 0.02
+    """How fast the turn rate changes [rad/s per square root of a second]."""
+
+    def __post_init__(self) -> None:
+        require_positive(
+            self,
+            "acceleration_std_mps2",
+            "pixel_std_px",
+            "turn_acceleration_std_mps2",
+            "turn_rate_std_radps",
+            "turn_rate_drift_radps2",
+        )
+
+
+class TargetFilter(Protocol):
+    """A filter of one target, or of as many as there are leading axes."""
+
+    @property
+    def belief(self) -> TargetBelief:
+        """Position and velocity now."""
+        ...
+
+    def predict(self) -> None:
+        """Moves on by one time step."""
+        ...
+
+    def update(
+        self, pixel: NDArray[np.float64], pose: PoseBelief, is_seen: NDArray[np.bool_]
+    ) -> NDArray[np.float64]:
+        """Takes in the (..., 2) pixels of those seen; (..., 2, 2) innovation covariances."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """One Kalman update: how the state changes, and how likely the pixel was."""
+
+    state: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    innovation_covariance: NDArray[np.float64]
+    log_likelihood: NDArray[np.float64]
+
+
+def correct(
+    state: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    view: TargetView,
+    pixel: NDArray[np.float64],
+    R: NDArray[np.float64],
+) -> Correction:
+    """The update of (..., n) states whose first three entries are the position.
+
+    Source: [Wu2022] Eqs. 8 to 10, with two corrections. Eq. 10 is K = P H^T S^-1: the text has
+    neither the transpose nor the inverse. Eq. 9, P - K S K^T, is computed in Joseph's form, which
+    stays positive when rounding does not.
+
+    Args:
+        state: (..., n).
+        covariance: (..., n, n).
+        view: Where the target should appear from there.
+        pixel: (..., 2).
+        R: (..., 2, 2): noise of the pixel and what the doubt about the pose adds.
+    """
+    n = state.shape[-1]
+    H = np.zeros((*state.shape[:-1], 2, n))
+    H[..., :3] = view.by_target
+    HT = np.swapaxes(H, -1, -2)
+    PHT = covariance @ HT
+    S = H @ PHT + R
+    inverse = inverse_2x2(S)
+    K = PHT @ inverse
+    residual = pixel - view.pixel
+    left = np.eye(n) - K @ H
+    new = left @ covariance @ np.swapaxes(left, -1, -2) + K @ R @ np.swapaxes(K, -1, -2)
+    distance = np.einsum("...i,...ij,...j->...", residual, inverse, residual)
+    log_likelihood = -0.5 * (distance + np.log(_determinant(S))) - np.log(2.0 * np.pi)
+    moved = state + np.einsum("...ij,...j->...i", K, residual)
+    return Correction(moved, 0.5 * (new + np.swapaxes(new, -1, -2)), S, log_likelihood)
+
+
+def inverse_2x2(S: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(..., 2, 2) inverses; much faster than the general way for many small ones."""
+    adjugate = np.empty_like(S)
+    adjugate[..., 0, 0], adjugate[..., 1, 1] = S[..., 1, 1], S[..., 0, 0]
+    adjugate[..., 0, 1], adjugate[..., 1, 0] = -S[..., 0, 1], -S[..., 1, 0]
+    return adjugate / _determinant(S)[..., None, None]
+
+
+def _determinant(S: NDArray[np.float64]) -> NDArray[np.float64]:
+    return S[..., 0, 0] * S[..., 1, 1] - S[..., 0, 1] * S[..., 1, 0]
+
+
+def measurement_noise(
+    view: TargetView, pose: PoseBelief, pixel_std_px: float
+) -> NDArray[np.float64]:
+    """(..., 2, 2): H_r P_r H_r^T + R of [Wu2022] Eq. 7."""
+    by_pose = view.by_pose @ pose.covariance @ np.swapaxes(view.by_pose, -1, -2)
+    return by_pose + pixel_std_px**2 * np.eye(2)
+
+
+class _Ekf:
+    """A state, its covariance and the update that every motion model shares."""
+
+    def __init__(
+        self,
+        camera: PinholeCamera,
+        noise: TargetNoise,
+        state: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+    ) -> None:
+        self._camera, self._noise = camera, noise
+        self._state, self._P = state, covariance
+
+    @property
+    def belief(self) -> TargetBelief:
+        """Position and velocity now."""
+        return TargetBelief(self._state[..., :3], self._state[..., 3:6], self._P[..., :6, :6])
+
+    def update(
+        self, pixel: NDArray[np.float64], pose: PoseBelief, is_seen: NDArray[np.bool_]
+    ) -> NDArray[np.float64]:
+        """[Wu2022] Eqs. 6 to 10 for those seen and in front."""
+        view = view_target(self._camera, pose, self._state[..., :3])
+        R = measurement_noise(view, pose, self._noise.pixel_std_px)
+        new = correct(self._state, self._P, view, pixel, R)
+        is_used = is_seen & view.is_in_front
+        self._state = np.where(is_used[..., None], new.state, self._state)
+        self._P = np.where(is_used[..., None, None], new.covariance, self._P)
+        return new.innovation_covariance
+
+
+class StraightFilter(_Ekf):
+    """The filter of [Wu2022] section 4: constant velocity."""
+
+    def __init__(
+        self, camera: PinholeCamera, noise: TargetNoise, prior: TargetBelief, dt_s: float
+    ) -> None:
+        state = np.concatenate([prior.position_m, prior.velocity_mps], axis=-1)
+        super().__init__(camera, noise, state, prior.covariance.copy())
+        self._F = straight_transition(dt_s)
+        self._Q = acceleration_noise(dt_s, noise.acceleration_std_mps2)
+
+    def predict(self) -> None:
+        """[Wu2022] Eqs. 4 and 5; the text of Eq. 5 has the state X where the covariance P is."""
+        self._state = self._state @ self._F.T
+        self._P = self._F @ self._P @ self._F.T + self._Q
+
+
+class TurnFilter(_Ekf):
+    """A coordinated turn whose rate is estimated; a straight line is a turn of rate zero."""
+
+    def __init__(
+        self, camera: PinholeCamera, noise: TargetNoise, prior: TargetBelief, dt_s: float
+    ) -> None:
+        super().__init__(camera, noise, *with_turn_rate(prior, noise))
+        self._dt_s, self._Q = dt_s, turn_noise(noise, dt_s)
+
+    def predict(self) -> None:
+        """Turns the state; the covariance follows by the Jacobian."""
+        self._state, F = turn(self._state, self._dt_s)
+        self._P = F @ self._P @ np.swapaxes(F, -1, -2) + self._Q
+
+
+def turn_noise(noise: TargetNoise, dt_s: float) -> NDArray[np.float64]:
+    """(7, 7) process noise of the turn model."""
+    Q = np.zeros((7, 7))
+    Q[:6, :6] = acceleration_noise(dt_s, noise.turn_acceleration_std_mps2)
+    Q[6, 6] = noise.turn_rate_drift_radps2**2 * dt_s
+    return Q
+
+
+def with_turn_rate(
+    prior: TargetBelief, noise: TargetNoise
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(..., 7) state and (..., 7, 7) covariance of a target whose turn rate is unknown."""
+    leading = prior.position_m.shape[:-1]
+    state = np.zeros((*leading, 7))
+    state[..., :3], state[..., 3:6] = prior.position_m, prior.velocity_mps
+    P = np.zeros((*leading, 7, 7))
+    P[..., :6, :6] = prior.covariance
+    P[..., 6, 6] = noise.turn_rate_std_radps**2
+    return state, P
