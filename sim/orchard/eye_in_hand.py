@@ -6,7 +6,7 @@ hand-eye calibration and of the arm on top; the true pose is the simulator's alo
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 
 import mujoco
@@ -94,13 +94,20 @@ class EyeInHand:
                 return False
         return False
 
-    def reach(self, T_base_camera: np.ndarray) -> bool:
-        """Goes to a camera pose at once; False, and back where it was, for one out of reach."""
+    def reach(
+        self, T_base_camera: np.ndarray, on_step: Callable[[np.ndarray], None] | None = None
+    ) -> bool:
+        """Goes to a camera pose; False, and back where it was, for one out of reach.
+
+        `on_step` is called with the joint angles (6,) of each step.
+        """
         before = self.q_rad
         driving = self.drive(T_base_camera)
         while True:
             try:
-                next(driving)
+                q_rad = next(driving)
+                if on_step is not None:
+                    on_step(q_rad)
             except StopIteration as end:
                 if not end.value:
                     self.reset(before)

@@ -8,7 +8,7 @@ leaf are trusted less, and the ellipse keeps those that agree with the others.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -91,21 +91,34 @@ def segment(rgb: np.ndarray, config: SegmentationConfig | None = None) -> FruitV
     return _describe(rgb, red, config)
 
 
-def view_of_mask(
-    rgb: np.ndarray, is_skin: np.ndarray, config: SegmentationConfig | None = None
+def view_of_masks(
+    rgb: np.ndarray,
+    is_skin: np.ndarray,
+    is_calyx: np.ndarray,
+    config: SegmentationConfig | None = None,
 ) -> FruitView:
-    """The same from a mask (h, w) bool of the fruit's skin that somebody else has made."""
+    """The same from masks (h, w) bool of skin and calyx that somebody else has made."""
     config = config or SegmentationConfig()
-    return _describe(rgb, np.where(is_skin, 255, 0).astype(np.uint8), config)
+    skin, calyx = (np.where(mask, 255, 0).astype(np.uint8) for mask in (is_skin, is_calyx))
+    return _describe(rgb, skin, config, calyx)
 
 
-def _describe(rgb: np.ndarray, red: np.ndarray, config: SegmentationConfig) -> FruitView:
+def _describe(
+    rgb: np.ndarray,
+    red: np.ndarray,
+    config: SegmentationConfig,
+    calyx_mask: np.ndarray | None = None,
+) -> FruitView:
     pieces = _pieces(red, config)
     if not pieces:
         return FruitView(FruitStatus.NO_FRUIT)
     if _touches_border(pieces, red.shape):
         return FruitView(FruitStatus.CUT_BY_BORDER)
     scene = _around(rgb, red, pieces, config)
+    if calyx_mask is not None:
+        rows, columns = scene.brown.shape
+        window = calyx_mask[scene.top : scene.top + rows, scene.left : scene.left + columns]
+        scene = replace(scene, brown=window)
     points, is_trusted = _outline(scene)
     ellipse = fit_ellipse(points, is_trusted, config.noise_px, config.tolerance_px)
     if ellipse is None:
@@ -224,7 +237,7 @@ def _outline(scene: _Scene) -> tuple[np.ndarray, np.ndarray]:
     beside = np.rint(points + 2.5 * outwards).astype(int)
     height, width = scene.leaf.shape
     column, row = np.clip(beside[:, 0], 0, width - 1), np.clip(beside[:, 1], 0, height - 1)
-    in_front = np.asarray(cv2.bitwise_or(scene.leaf, scene.brown))
+    in_front: np.ndarray = np.maximum(scene.leaf, scene.brown)
     is_trusted = in_front[row, column] == 0
     points += 0.5 * np.abs(outwards).max(axis=1, keepdims=True) * outwards
     return points, is_trusted
@@ -266,7 +279,7 @@ def _calyx(
     labels = np.asarray(labels)
     area_px = np.pi * float(np.prod(ellipse.semi_axes_px))
     disc, hull = _disc(scene, ellipse, 1.02), scene.filled
-    near_leaf = np.asarray(cv2.dilate(scene.leaf, np.ones((5, 5), np.uint8)))
+    near_leaf: np.ndarray = np.array(cv2.dilate(scene.leaf, np.ones((5, 5), np.uint8)))
     best, best_area, is_outside = None, 0.0, False
     for label in range(1, count):
         area = float(stats[label, cv2.CC_STAT_AREA])
