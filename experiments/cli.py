@@ -1,4 +1,4 @@
-"""The command `beltgrasp`: one attempt, a sweep of many, their tables and figures, and OTB."""
+"""The command `beltgrasp`: one attempt, a sweep of many, tables and figures, OTB, apples."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from typing import Annotated, TypeAlias
 import tyro
 from tyro.conf import Positional, arg, subcommand
 
+from experiments.apple.cli import Apple
 from experiments.config import TrialConfig
 from experiments.otb.commands import Otb
 from experiments.sweep_commands import CRASH_EXIT, INTERRUPT_EXIT, Merge, Sweep
@@ -141,6 +142,7 @@ Command: TypeAlias = (
     | Annotated[List, subcommand("list")]
     | Annotated[View, subcommand("view")]
     | Annotated[Otb, subcommand("otb")]
+    | Annotated[Apple, subcommand("apple")]
 )
 
 

@@ -29,6 +29,7 @@ _EDGE, _DEPTH = 7, 8
 _TURN, _SHIFT = slice(SHARED, SHARED + 3), slice(SHARED + 3, SHARED + 6)
 _GRAZING = 0.05
 """A normal that misses the model counts as touching it at this share of the slope."""
+_ELLIPSE_POINTS = 64
 _WHOLE = 0.95
 """Share of the outline in sight from which a view without `skin_px` counts as bare skin."""
 
@@ -158,7 +159,7 @@ class OutlineModel:
     def _set_contours(self, sightings: Sequence[Sighting]) -> None:
         """Rays of outline points and their weights, 0 where a view has fewer than another."""
         config = self._config
-        thinned = [_thinned(s.view.contour_px, config.point_count) for s in sightings]
+        thinned = [_thinned(_outline_points(s.view), config.point_count) for s in sightings]
         count = max(map(len, thinned))
         self._rays = np.tile([[0.0], [0.0], [1.0]], (len(sightings), 1, count))
         self._outward = np.tile([[1.0], [0.0], [0.0]], (len(sightings), 1, count))
@@ -255,9 +256,7 @@ class OutlineModel:
         J = np.empty((*t.shape[:2], SHARED + PER_VIEW, t.shape[2]))
         J[..., _CENTRE, :] = by_y
         J[..., _RADIUS, :] = square * dBd_s
-        J[..., _ASPECT, :] = -(aspect**-2) * (
-            2.0 * dBy_s * u * w - w**2 * dBd_s - size_s * u**2
-        )
+        J[..., _ASPECT, :] = -(aspect**-2) * (2.0 * dBy_s * u * w - w**2 * dBd_s - size_s * u**2)
         J[..., _AXIS, :] = along_d[..., None, :] * (E_T @ d) + along_y[..., None, :] * (
             E_T @ y[..., None]
         )
@@ -372,6 +371,17 @@ def _ellipse(view: FruitView) -> tuple[np.ndarray, np.ndarray, float]:
     if view.centre_px is None or view.semi_axes_px is None or view.major_angle_rad is None:
         raise ValueError(f"no fruit to use in this view: {view.status}")
     return view.centre_px, view.semi_axes_px, view.major_angle_rad
+
+
+def _outline_points(view: FruitView) -> np.ndarray:
+    """(n, 2) the points that were found, or the ellipse's where a view tells none."""
+    if len(view.contour_px):
+        return view.contour_px
+    centre, semi_axes, angle = _ellipse(view)
+    turn = np.linspace(0.0, 2.0 * math.pi, _ELLIPSE_POINTS, endpoint=False)
+    c, s = math.cos(angle), math.sin(angle)
+    along = semi_axes * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    return centre + along @ np.array([[c, s], [-s, c]])
 
 
 def _arc_length_px(view: FruitView) -> float:

@@ -48,15 +48,15 @@ class SilhouetteFitConfig:
     """Starts and steps of the joint fit."""
 
     model: OutlineModelConfig = field(default_factory=OutlineModelConfig)
-    start_count: int = 12
+    start_count: int = 8
     """Axes over the whole sphere."""
     first_scale_px: float = 8.0
     """Outline points further off than this lose their pull in the first round."""
-    last_scale_px: float = 1.5
+    last_scale_px: float = 0.7
     """The same in the last round."""
-    round_count: int = 5
+    round_count: int = 4
     """Rounds, from the first scale to the last."""
-    steps: int = 4
+    steps: int = 3
     """Steps of all hypotheses a round."""
     search_point_count: int = 20
     """Outline points of a view in these rounds."""
@@ -132,7 +132,7 @@ def fit_silhouettes(
         config: Starts and noise.
     """
     config = config or SilhouetteFitConfig()
-    usable = [s for s in found(list(sightings)) if len(s.view.contour_px) or s.view.calyx_px is not None]
+    usable = found(sightings)
     if not usable:
         return None
     hypotheses = _searched(usable, config)

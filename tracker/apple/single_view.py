@@ -49,9 +49,7 @@ class SingleViewConfig:
 
     def __post_init__(self) -> None:
         require_choice(self, "form", ("paper", "perspective"))
-        require_positive(
-            self, "aspect", "in_plane_sigma_rad", "tilt_sigma_rad", "offset_sigma_rad"
-        )
+        require_positive(self, "aspect", "in_plane_sigma_rad", "tilt_sigma_rad", "offset_sigma_rad")
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ the camera with x right, y down and z forward; the robot's base, in which attitu
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -120,7 +121,7 @@ class Sighting:
         self.K.setflags(write=False)
 
 
-def found(sightings: list[Sighting] | tuple[Sighting, ...]) -> list[Sighting]:
+def found(sightings: Sequence[Sighting]) -> list[Sighting]:
     """Those with a fruit to use."""
     return [sighting for sighting in sightings if sighting.view.is_found]
 

@@ -1,0 +1,83 @@
+"""The command `beltgrasp apple`: attitude of apples, from published tables and in images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+from tyro.conf import Positional, arg, subcommand
+
+# Everything heavy is imported inside the commands, so that --help answers at once.
+
+
+@dataclass(frozen=True)
+class Tables:
+    """Repeats Tables 1 and 2 of the paper: `beltgrasp apple tables --out out/apple-tables`."""
+
+    out: Annotated[Path, arg(metavar="DIR")]
+    """Results folder: the rows, tables and figures; the same command again rewrites them."""
+    seeds: Annotated[int, arg(metavar="N")] = 100
+    """The particle filter runs with the seeds 0 to N - 1."""
+    particle_count: int = 200
+    """Particles of the filter."""
+    measurement_sigma_cm: float = 5.0
+    """Deviation of one image, of a vector of 100 cm."""
+    walk_sigma_cm: float = 1.75
+    """Deviation of the random walk from one image to the next."""
+
+    def run(self) -> int:
+        """Exit code 0."""
+        from dataclasses import asdict
+
+        from experiments.apple.estimates import estimate_rows, write_estimates
+        from experiments.apple.folder import open_manifest
+        from experiments.apple.report import write_report
+        from experiments.results_folder import exclusive
+        from tracker.apple.filters import PointFilterConfig
+
+        config = PointFilterConfig(
+            self.measurement_sigma_cm, self.walk_sigma_cm, self.particle_count
+        )
+        if self.seeds < 1:
+            raise ValueError(f"seeds must be 1 or greater, got {self.seeds}")
+        with exclusive(self.out):
+            open_manifest(self.out, "tables", {"seeds": self.seeds, **asdict(config)}, 1)
+            path = write_estimates(self.out, estimate_rows(config, self.seeds))
+            report = write_report(self.out)
+        print(report.text)
+        print("\n".join(f"written: {written}" for written in (path, *report.paths)))
+        return 0
+
+
+@dataclass(frozen=True)
+class Report:
+    """Rebuilds tables and figures of apple results: `beltgrasp apple report out/apple-tables`."""
+
+    folder: Annotated[Positional[Path], arg(metavar="DIR")]
+    """Results folder of any command of `beltgrasp apple`."""
+
+    def run(self) -> int:
+        """Exit code 0."""
+        from experiments.apple.report import write_report
+
+        report = write_report(self.folder)
+        print(report.text)
+        print("\n".join(f"written: {path}" for path in report.paths))
+        return 0
+
+
+AppleCommand: TypeAlias = (
+    Annotated[Tables, subcommand("tables")] | Annotated[Report, subcommand("report")]
+)
+
+
+@dataclass(frozen=True)
+class Apple:
+    """Attitude of apples, by one image and by many: `beltgrasp apple tables`."""
+
+    command: AppleCommand
+
+    def run(self) -> int:
+        """Exit code of the command."""
+        return self.command.run()
