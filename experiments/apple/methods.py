@@ -119,6 +119,8 @@ METHODS = {
         _filtered("perspective", _particles),
     ),
     "axial": AttitudeMethod("a filter on the sphere over the formulas in perspective", _axial),
-    "silhouettes": AttitudeMethod("one spheroid fitted to the outlines of all images", _silhouettes),
+    "silhouettes": AttitudeMethod(
+        "one spheroid fitted to the outlines of all images", _silhouettes
+    ),
 }
 """Every method that the rendered experiments compare."""

@@ -1,4 +1,4 @@
-"""What an estimator is told of a photograph: the view, the camera, and where the arm says it was."""
+"""What an estimator is told of a photograph: the view, and where the arm says the camera was."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import csv
 import dataclasses
 import types
 import typing
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -22,16 +22,18 @@ Row = TypeVar("Row")
 class RowFile(Generic[Row]):
     """Rows of one dataclass; the fields named by `key` tell which group a row is of."""
 
-    def __init__(self, path: Path, row_type: type[Row], key: Sequence[str], last: str) -> None:
+    def __init__(
+        self, path: Path, row_type: type[Row], key: Sequence[str], size: Callable[[Row], int]
+    ) -> None:
         """Names the file.
 
         Args:
             path: The CSV; it need not exist.
             row_type: A frozen dataclass of scalars.
             key: Fields that name a group.
-            last: Field of which the last row of a group is true; by it a torn group is told.
+            size: How many rows the group of a row has; by it a torn group is told.
         """
-        self.path, self._type, self._key, self._last = path, row_type, tuple(key), last
+        self.path, self._type, self._key, self._size = path, row_type, tuple(key), size
         self._names = [field.name for field in dataclasses.fields(typing.cast(Any, row_type))]
         self._header = csv_line(self._names)
 
@@ -40,10 +42,9 @@ class RowFile(Generic[Row]):
         lines = whole_lines(self.path, cut=True)
         if not lines:
             return set()
-        rows = self._parse(lines)
-        whole = max((i + 1 for i, row in enumerate(rows) if getattr(row, self._last)), default=0)
-        cut_off(self.path, len("".join(lines[: 1 + whole]).encode()))
-        return {self._key_of(row) for row in rows[:whole]}
+        rows = self._whole(self._parse(lines))
+        cut_off(self.path, len("".join(lines[: 1 + len(rows)]).encode()))
+        return {self._key_of(row) for row in rows}
 
     def append(self, rows: Iterable[Row]) -> None:
         """Adds one group; it is safe from a kill when this returns."""
@@ -51,10 +52,9 @@ class RowFile(Generic[Row]):
         head = "" if self.path.exists() and self.path.stat().st_size else self._header
         append_bytes(self.path, (head + text).encode())
 
-    def sort(self, order: Sequence[tuple[object, ...]]) -> None:
-        """Puts the groups in this order of their keys; groups that it does not name come last."""
-        rank = {key: index for index, key in enumerate(order)}
-        rows = sorted(self.read(), key=lambda row: rank.get(self._key_of(row), len(rank)))
+    def sort(self, order: Callable[[tuple[object, ...]], Any]) -> None:
+        """Puts the groups in the order of what `order` makes of their keys."""
+        rows = sorted(self.read(), key=lambda row: order(self._key_of(row)))
         write_whole(self.path, self._header + "".join(map(self._line, rows)))
 
     def read(self) -> list[Row]:
@@ -62,9 +62,17 @@ class RowFile(Generic[Row]):
         lines = whole_lines(self.path)
         if not lines:
             raise ValueError(f"{self.path} is missing or empty; run the experiment first")
-        rows = self._parse(lines)
-        whole = max((i + 1 for i, row in enumerate(rows) if getattr(row, self._last)), default=0)
-        return rows[:whole]
+        return self._whole(self._parse(lines))
+
+    def _whole(self, rows: list[Row]) -> list[Row]:
+        """The rows without those of a last group that is not whole."""
+        start = 0
+        while start < len(rows):
+            end = start + self._size(rows[start])
+            if end > len(rows):
+                break
+            start = end
+        return rows[:start]
 
     def _parse(self, lines: Sequence[str]) -> list[Row]:
         if lines[0] != self._header:

@@ -23,6 +23,9 @@ _HAND = ("camera_housing", "wrist_3_flange", "wrist_2_housing", "wrist_1_housing
 _SPEED_RADPS = (1.0,) * 6
 """Careful beside a tree: a third of what the arm can do."""
 _LIMIT_S = 8.0
+_RATE_HZ = round(ServoConfig().rate_hz)
+_PROGRESS = 0.98
+"""An arm that is not so much nearer after a quarter of a second will not arrive."""
 
 
 @dataclass(frozen=True)
@@ -84,14 +87,17 @@ class EyeInHand:
 
         Returns: whether the pose was reached, within a millimetre and a tenth of a degree.
         """
-        still = np.zeros(6)
-        for _ in range(round(_LIMIT_S * ServoConfig().rate_hz)):
+        still, nearest = np.zeros(6), np.inf
+        for step in range(round(_LIMIT_S * _RATE_HZ)):
             self._servo.step(T_base_camera, still)
             yield self._servo.q
-            if self._is_at(T_base_camera):
+            off_m, turn_rad = self._distance(T_base_camera)
+            if off_m < 1e-3 and turn_rad < np.radians(0.1):
                 return True
-            if float(np.abs(self._servo.qd).max()) < 1e-4:
-                return False
+            if step % (_RATE_HZ // 4) == 0:
+                if off_m + 0.3 * turn_rad > _PROGRESS * nearest:
+                    return False
+                nearest = off_m + 0.3 * turn_rad
         return False
 
     def reach(
@@ -113,7 +119,8 @@ class EyeInHand:
                     self.reset(before)
                 return bool(end.value)
 
-    def _is_at(self, T: np.ndarray) -> bool:
+    def _distance(self, T: np.ndarray) -> tuple[float, float]:
+        """How far the camera is from a pose, [m] and [rad]."""
         error = np.linalg.inv(self._servo.T_world_tcp) @ T
         turn = np.arccos(np.clip(0.5 * (np.trace(error[:3, :3]) - 1.0), -1.0, 1.0))
-        return bool(np.linalg.norm(error[:3, 3]) < 1e-3 and turn < np.radians(0.1))
+        return float(np.linalg.norm(error[:3, 3])), float(turn)

@@ -236,9 +236,8 @@ def _outline(scene: _Scene) -> tuple[np.ndarray, np.ndarray]:
     outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-9)
     beside = np.rint(points + 2.5 * outwards).astype(int)
     height, width = scene.leaf.shape
-    column, row = np.clip(beside[:, 0], 0, width - 1), np.clip(beside[:, 1], 0, height - 1)
-    in_front: np.ndarray = np.maximum(scene.leaf, scene.brown)
-    is_trusted = in_front[row, column] == 0
+    beside = np.clip(beside, 0, [width - 1, height - 1])
+    is_trusted = (scene.leaf | scene.brown)[beside[:, 1], beside[:, 0]] == 0
     points += 0.5 * np.abs(outwards).max(axis=1, keepdims=True) * outwards
     return points, is_trusted
 
