@@ -1,4 +1,4 @@
-"""The published measurements through the filters: one row for each table, filter, seed and image."""
+"""The published measurements through the filters: a row for each table, filter, seed and image."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ def _rows(
     angles = np.degrees(np.arccos(np.clip(estimates, -1.0, 1.0)))
     lengths = np.linalg.norm(estimates, axis=1)
     for image, (angle, length) in enumerate(zip(angles, lengths, strict=True), start=1):
-        yield EstimateRow(table.number, name, seed, image, *map(float, angle), float(length))
+        x, y, z = map(float, angle)
+        yield EstimateRow(table.number, name, seed, image, x, y, z, float(length))
 
 
 def write_estimates(folder: Path, rows: Iterator[EstimateRow]) -> Path:

@@ -20,7 +20,7 @@ def open_manifest(out: Path, study: str, settings: dict[str, Any], workers: int)
 
     Raises ValueError where it holds results of another command or of other settings.
     """
-    content = manifest.read_manifest(out)
+    content: dict[str, Any] | None = manifest.read_manifest(out)
     if content is None:
         if out.exists() and any(out.glob("*.csv")):
             raise ValueError(f"{out} holds results without their manifest.json; {OTHER_FOLDER}")

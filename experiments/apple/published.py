@@ -2,8 +2,8 @@
 
 `published.csv` holds every cell of both. Positions are in millimetres; R_x, R_y and R_z turn about
 the robot's fixed axes (`attitude.rotation_of_fixed_angles`). The columns `camera`, `robot` and
-`estimate` are the angles [deg] of the fruit's axis with the axes of the camera (x up, y to the right,
-z forward), with those of the robot as measured in one image, and after the filter.
+`estimate` are the angles [deg] of the fruit's axis with the axes of the camera (x up, y to the
+right, z forward), with those of the robot as measured in one image, and after the filter.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class PublishedTable:
         forward = self.rotation[:, :, 2]
         across = np.eye(3) - forward[:, :, None] * forward[:, None, :]
         right = (across @ self.position_m[..., None]).sum(axis=0)
-        return np.linalg.solve(across.sum(axis=0), right)[:, 0]
+        return (np.linalg.inv(across.sum(axis=0)) @ right)[:, 0]
 
 
 @cache

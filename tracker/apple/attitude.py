@@ -1,4 +1,4 @@
-"""Attitude of a fruit: a unit vector from calyx to stem, and the angles in which [Zhou2011] tells it.
+"""Attitude of a fruit: a unit vector from calyx to stem, and the angles of [Zhou2011].
 
 [Zhou2011] describes an axis by its angles to the three axes of a frame. They are one number too
 many (their cosines have squares that sum to one), so here an attitude is the unit vector, and the

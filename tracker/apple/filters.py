@@ -44,10 +44,10 @@ def particle_estimates(
     """(n, 3) weighted means after each of n measured attitudes, by the filter of [Zhou2011].
 
     All particles start at the first attitude with equal weights. Each step moves them by Gaussian
-    noise (Eq. 10), multiplies the weights, of each coordinate apart, by the Gaussian of the distance
-    to the measurement (Eqs. 6, 11, 12), normalises (Eq. 7) and takes the mean (Eqs. 8, 13). No
-    resampling is described, and none is done. Eq. (5), whose text is garbled, is the prior as
-    proposal.
+    noise (Eq. 10), multiplies the weights, of each coordinate apart, by the Gaussian of the
+    distance to the measurement (Eqs. 6, 11, 12), normalises (Eq. 7) and takes the mean
+    (Eqs. 8, 13). No resampling is described, and none is done. Eq. (5), whose text is garbled, is
+    the prior as proposal.
 
     Args:
         measurements: (n, 3) unit vectors, or what stands for them, in the robot's frame.

@@ -19,24 +19,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tracker.apple.attitude import angle_between_deg, tangent_basis, unit
-from tracker.apple.outline_model import (
-    AXIS,
-    PER_VIEW,
-    SHARED,
-    Hypotheses,
-    NormalEquations,
-    OutlineModel,
-    OutlineModelConfig,
-)
-from tracker.apple.single_view import fruit_ray
+from tracker.apple.descent import descend, without_views
+from tracker.apple.hypotheses import AXIS, PER_VIEW, Hypotheses, NormalEquations, chosen_of
+from tracker.apple.outline_model import OutlineModel
+from tracker.apple.outline_views import OutlineModelConfig
 from tracker.apple.spheroid import Spheroid, cone_of_ellipse, principal_cone
 from tracker.apple.view import Sighting, found
 from tracker.checks import require_count, require_positive
 
-_SMALL_GAIN = 1e-3
-"""Steps that lower half the sum of squares by less are the last ones."""
-_STUCK = 1e4
-"""A hypothesis that needs more damping is at rest."""
 _EQUAL_COST = 1.0
 """Both signs of an axis explain the images equally well if their costs differ by less."""
 _SAME_DEG = 4.0
@@ -137,7 +127,7 @@ def fit_silhouettes(
         return None
     hypotheses = _searched(usable, config)
     model = OutlineModel(usable, config.model)
-    hypotheses, system = _descend(model, hypotheses, config.last_scale_px, config.last_steps)
+    hypotheses, system = descend(model, hypotheses, config.last_scale_px, config.last_steps)
     hypotheses, system = _with_signs(model, hypotheses, system, config)
     return _answer(model, hypotheses, system, config)
 
@@ -149,7 +139,7 @@ def _searched(sightings: Sequence[Sighting], config: SilhouetteFitConfig) -> Hyp
     hypotheses, cost = _starts(sightings, config), np.zeros(0)
     scales = np.geomspace(config.first_scale_px, config.last_scale_px, config.round_count)
     for scale in scales:
-        hypotheses, system = _descend(model, hypotheses, float(scale), config.steps)
+        hypotheses, system = descend(model, hypotheses, float(scale), config.steps)
         cost = system.cost
     return hypotheses.take(_distinct(hypotheses, cost, config.kept_count))
 
@@ -208,62 +198,6 @@ def _sphere(count: int) -> np.ndarray:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=-1)
 
 
-def _descend(
-    model: OutlineModel, hypotheses: Hypotheses, scale_px: float, steps: int
-) -> tuple[Hypotheses, NormalEquations]:
-    """Levenberg-Marquardt steps of all hypotheses; one that a step makes worse stays."""
-    system = model.evaluate(hypotheses, scale_px)
-    damping, is_done = np.full(len(system.cost), 1e-3), np.zeros(len(system.cost), bool)
-    for _ in range(steps):
-        moved = hypotheses.moved(*_step(system, damping))
-        after = model.evaluate(moved, scale_px)
-        better = after.cost < system.cost
-        hypotheses = moved.where(better, hypotheses)
-        gain = np.where(better, system.cost - after.cost, 0.0)
-        system = _chosen(better, after, system)
-        damping = np.where(better, damping * 0.3, damping * 10.0)
-        is_done |= (better & (gain < _SMALL_GAIN)) | (damping > _STUCK)
-        if is_done.all():
-            break
-    return hypotheses, system
-
-
-def _step(system: NormalEquations, damping: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Steps (S, 9) and (S, V, 6): views eliminated first, as in bundle adjustment."""
-    matrix, gradient, eliminated, rest = _schur(system)
-    diagonal = np.einsum("sii->si", matrix)
-    damped = matrix + np.eye(SHARED) * ((diagonal + 1e-9) * damping[:, None])[:, None, :]
-    shared = -np.linalg.solve(damped, gradient[..., None])[..., 0]
-    shared[:, AXIS] *= np.minimum(
-        1.0, 0.5 / np.maximum(np.linalg.norm(shared[:, AXIS], axis=-1), 1e-12)
-    )[:, None]
-    per_view = -(eliminated @ shared[:, None, :, None])[..., 0] - rest
-    return shared, per_view
-
-
-def _schur(
-    system: NormalEquations,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Matrix (S, 9, 9) and gradient (S, 9) of the shared parameters, views eliminated."""
-    mixed = system.mixed_matrix
-    right = np.concatenate([mixed, system.view_gradient[..., None]], axis=-1)
-    solved = np.linalg.solve(system.view_matrix, right)
-    eliminated, rest = solved[..., :-1], solved[..., -1]
-    transposed = np.swapaxes(mixed, -1, -2)
-    matrix = system.shared_matrix - (transposed @ eliminated).sum(axis=1)
-    gradient = system.shared_gradient - (transposed @ rest[..., None])[..., 0].sum(axis=1)
-    return matrix, gradient, eliminated, rest
-
-
-def _chosen(chosen: np.ndarray, first: NormalEquations, second: NormalEquations) -> NormalEquations:
-    return NormalEquations(
-        *(
-            np.where(chosen.reshape(-1, *[1] * (a.ndim - 1)), a, b)
-            for a, b in zip(vars(first).values(), vars(second).values(), strict=True)
-        )
-    )
-
-
 def _distinct(hypotheses: Hypotheses, cost: np.ndarray, count: int) -> np.ndarray:
     """Indices of the best hypotheses whose lines differ; the sign is looked at later."""
     kept: list[int] = []
@@ -284,11 +218,11 @@ def _with_signs(
     config: SilhouetteFitConfig,
 ) -> tuple[Hypotheses, NormalEquations]:
     """Each line with the end at which the images, or else `up`, put the stem."""
-    turned, turned_system = _descend(model, hypotheses.flipped(), config.last_scale_px, 4)
+    turned, turned_system = descend(model, hypotheses.flipped(), config.last_scale_px, 4)
     is_up = hypotheses.axis @ unit(np.array(config.up)) >= 0.0
     lead = turned_system.cost - system.cost
     stays = np.where(np.abs(lead) > _EQUAL_COST, lead > 0.0, is_up)
-    return hypotheses.where(stays, turned), _chosen(stays, system, turned_system)
+    return hypotheses.where(stays, turned), chosen_of(stays, system, turned_system)
 
 
 def _answer(
@@ -299,7 +233,7 @@ def _answer(
 ) -> SilhouetteFit:
     kept = _distinct(hypotheses, system.cost, config.kept_count)
     hypotheses = hypotheses.take(kept)
-    matrix = _schur(system)[0][kept]
+    matrix = without_views(system)[0][kept]
     odds = np.exp(-np.minimum(system.cost[kept] - system.cost[kept[0]], 700.0))
     covariance = np.linalg.inv(matrix)[:, AXIS, AXIS]
     E = tangent_basis(hypotheses.axis)
@@ -319,8 +253,3 @@ def _answer(
         for i in range(len(kept))
     )
     return SilhouetteFit(explanations, model.residual_px(hypotheses.take(np.array([0]))))
-
-
-def fruit_direction(sighting: Sighting) -> np.ndarray:
-    """(3,) unit vector from the camera towards the fruit, in the robot's frame."""
-    return sighting.pose.rotation @ fruit_ray(sighting.view, sighting.K)

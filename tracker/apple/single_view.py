@@ -89,7 +89,7 @@ def measure(sighting: Sighting, config: SingleViewConfig | None = None) -> AxisM
 
 
 def fruit_ray(view: FruitView, K: np.ndarray) -> np.ndarray:
-    """(3,) unit ray, in the camera's frame, through the middle of the cone that touches the fruit."""
+    """(3,) unit ray, in the camera's frame, in the middle of the cone that touches the fruit."""
     return principal_cone(_cone(view, K))[0][2]
 
 

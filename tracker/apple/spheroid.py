@@ -1,4 +1,4 @@
-"""The fruit as a spheroid, and what a camera sees of it: its outline, an exact conic, and its calyx.
+"""The fruit as a spheroid, and what a camera sees: its outline, an exact conic, and its calyx.
 
 Seen from the point p, the rays d that touch a spheroid with centre c, equatorial radius r, aspect k
 and axis a form a cone. With y = c - p, g = 1/k² - 1 and B = I + g a aᵀ (so that the surface is

@@ -1,0 +1,68 @@
+"""Levenberg-Marquardt steps of many hypotheses at once; the views' own parameters eliminated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tracker.apple.hypotheses import AXIS, SHARED, Hypotheses, NormalEquations, chosen_of
+from tracker.apple.outline_model import OutlineModel
+
+_LONGEST_TILT = 0.5
+"""Of the axis in one step [rad]."""
+_SMALL_GAIN = 1e-3
+"""Steps that lower half the sum of squares by less are the last ones."""
+_STUCK = 1e4
+"""A hypothesis that needs more damping is at rest."""
+
+
+def descend(
+    model: OutlineModel, hypotheses: Hypotheses, scale_px: float, steps: int
+) -> tuple[Hypotheses, NormalEquations]:
+    """Levenberg-Marquardt steps of all hypotheses; one that a step makes worse stays."""
+    system = model.evaluate(hypotheses, scale_px)
+    damping, is_done = np.full(len(system.cost), 1e-3), np.zeros(len(system.cost), bool)
+    for _ in range(steps):
+        moved = hypotheses.moved(*_step(system, damping))
+        after = model.evaluate(moved, scale_px)
+        better = after.cost < system.cost
+        hypotheses = moved.where(better, hypotheses)
+        gain = np.where(better, system.cost - after.cost, 0.0)
+        system = chosen_of(better, after, system)
+        damping = np.where(better, damping * 0.3, damping * 10.0)
+        is_done |= (better & (gain < _SMALL_GAIN)) | (damping > _STUCK)
+        if is_done.all():
+            break
+    return hypotheses, system
+
+
+def _step(system: NormalEquations, damping: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps (S, 9) and (S, V, 6): views eliminated first, as in bundle adjustment."""
+    matrix, gradient, eliminated, rest = without_views(system)
+    diagonal = np.einsum("sii->si", matrix)
+    damped = matrix + np.eye(SHARED) * ((diagonal + 1e-9) * damping[:, None])[:, None, :]
+    shared = -_solved(damped, gradient[..., None])[..., 0]
+    tilt = np.linalg.norm(shared[:, AXIS], axis=-1, keepdims=True)
+    shared[:, AXIS] *= np.minimum(1.0, _LONGEST_TILT / np.maximum(tilt, 1e-12))
+    return shared, -(eliminated @ shared[:, None, :, None])[..., 0] - rest
+
+
+def without_views(
+    system: NormalEquations,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Matrix (S, 9, 9) and gradient (S, 9) of the shared parameters, views eliminated.
+
+    Also what brings the views' parameters back: (S, V, 6, 9) and (S, V, 6).
+    """
+    mixed = system.mixed_matrix
+    right = np.concatenate([mixed, system.view_gradient[..., None]], axis=-1)
+    solved = _solved(system.view_matrix, right)
+    eliminated, rest = solved[..., :-1], solved[..., -1]
+    transposed = np.swapaxes(mixed, -1, -2)
+    matrix = system.shared_matrix - (transposed @ eliminated).sum(axis=1)
+    gradient = system.shared_gradient - (transposed @ rest[..., None])[..., 0].sum(axis=1)
+    return matrix, gradient, eliminated, rest
+
+
+def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solutions (..., n, m) of systems (..., n, n), NumPy's return type made known."""
+    return np.asarray(np.linalg.solve(matrix, right))
