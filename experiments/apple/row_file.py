@@ -101,5 +101,9 @@ class RowFile(Generic[Row]):
 def _parser(hint: Any) -> Any:
     if isinstance(hint, types.UnionType):
         parse = _parser(next(arg for arg in typing.get_args(hint) if arg is not type(None)))
-        return lambda cell: None if cell == "" else parse(cell)
+
+        def parse_optional(cell: str) -> Any:
+            return None if cell == "" else parse(cell)
+
+        return parse_optional
     return {"true": True, "false": False}.__getitem__ if hint is bool else hint

@@ -168,8 +168,8 @@ def _refine(
         information = (jacobian * weight[:, None]).T @ jacobian
         damping = 1e-6 * np.trace(information) / 5.0
         gradient = jacobian.T @ (weight * distance)
-        wanted: np.ndarray = np.linalg.solve(information + damping * np.eye(5), gradient)
-        step = np.clip(wanted, -_LARGEST_STEP, _LARGEST_STEP)
+        step = np.asarray(np.linalg.solve(information + damping * np.eye(5), gradient), float)
+        step = np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
         c, s = np.cos(step[4]), np.sin(step[4])
         ellipse = _Ellipse(
             ellipse.centre + step[:2],

@@ -236,8 +236,9 @@ def _outline(scene: _Scene) -> tuple[np.ndarray, np.ndarray]:
     outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-9)
     beside = np.rint(points + 2.5 * outwards).astype(int)
     height, width = scene.leaf.shape
-    beside = np.clip(beside, 0, [width - 1, height - 1])
-    is_trusted = (scene.leaf | scene.brown)[beside[:, 1], beside[:, 0]] == 0
+    column, row = np.clip(beside, 0, np.array([width - 1, height - 1])).T
+    in_front = np.logical_or(scene.leaf > 0, scene.brown > 0)
+    is_trusted = ~in_front[row, column]
     points += 0.5 * np.abs(outwards).max(axis=1, keepdims=True) * outwards
     return points, is_trusted
 
