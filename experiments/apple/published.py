@@ -77,7 +77,8 @@ class PublishedTable:
         forward = self.rotation[:, :, 2]
         across = np.eye(3) - forward[:, :, None] * forward[:, None, :]
         right = (across @ self.position_m[..., None]).sum(axis=0)
-        return (np.linalg.inv(across.sum(axis=0)) @ right)[:, 0]
+        inverse: np.ndarray = np.linalg.inv(across.sum(axis=0))
+        return (inverse @ right)[:, 0]
 
 
 @cache

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from tracker.apple.hypotheses import AXIS, SHARED, Hypotheses, NormalEquations, chosen_of
+from tracker.apple.hypotheses import (
+    AXIS,
+    SHARED,
+    Hypotheses,
+    NormalEquations,
+    chosen_of,
+    solved,
+    without_views,
+)
 from tracker.apple.outline_model import OutlineModel
 
 _LONGEST_TILT = 0.5
@@ -40,29 +48,7 @@ def _step(system: NormalEquations, damping: np.ndarray) -> tuple[np.ndarray, np.
     matrix, gradient, eliminated, rest = without_views(system)
     diagonal = np.einsum("sii->si", matrix)
     damped = matrix + np.eye(SHARED) * ((diagonal + 1e-9) * damping[:, None])[:, None, :]
-    shared = -_solved(damped, gradient[..., None])[..., 0]
+    shared = -solved(damped, gradient[..., None])[..., 0]
     tilt = np.linalg.norm(shared[:, AXIS], axis=-1, keepdims=True)
     shared[:, AXIS] *= np.minimum(1.0, _LONGEST_TILT / np.maximum(tilt, 1e-12))
     return shared, -(eliminated @ shared[:, None, :, None])[..., 0] - rest
-
-
-def without_views(
-    system: NormalEquations,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Matrix (S, 9, 9) and gradient (S, 9) of the shared parameters, views eliminated.
-
-    Also what brings the views' parameters back: (S, V, 6, 9) and (S, V, 6).
-    """
-    mixed = system.mixed_matrix
-    right = np.concatenate([mixed, system.view_gradient[..., None]], axis=-1)
-    solved = _solved(system.view_matrix, right)
-    eliminated, rest = solved[..., :-1], solved[..., -1]
-    transposed = np.swapaxes(mixed, -1, -2)
-    matrix = system.shared_matrix - (transposed @ eliminated).sum(axis=1)
-    gradient = system.shared_gradient - (transposed @ rest[..., None])[..., 0].sum(axis=1)
-    return matrix, gradient, eliminated, rest
-
-
-def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solutions (..., n, m) of systems (..., n, n), NumPy's return type made known."""
-    return np.asarray(np.linalg.solve(matrix, right))

@@ -95,3 +95,25 @@ def chosen_of(chosen: np.ndarray, first: Arrays, second: Arrays) -> Arrays:
 def arrays_of(fitted: Hypotheses | NormalEquations) -> list[np.ndarray]:
     """All arrays, in the order of the fields."""
     return [getattr(fitted, field.name) for field in fields(fitted)]
+
+
+def without_views(
+    system: NormalEquations,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Matrix (S, 9, 9) and gradient (S, 9) of the shared parameters, views eliminated.
+
+    Also what brings the views' parameters back: (S, V, 6, 9) and (S, V, 6).
+    """
+    mixed = system.mixed_matrix
+    right = np.concatenate([mixed, system.view_gradient[..., None]], axis=-1)
+    back = solved(system.view_matrix, right)
+    eliminated, rest = back[..., :-1], back[..., -1]
+    transposed = np.swapaxes(mixed, -1, -2)
+    matrix = system.shared_matrix - (transposed @ eliminated).sum(axis=1)
+    gradient = system.shared_gradient - (transposed @ rest[..., None])[..., 0].sum(axis=1)
+    return matrix, gradient, eliminated, rest
+
+
+def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solutions (..., n, m) of systems (..., n, n), NumPy's return type made known."""
+    return np.asarray(np.linalg.solve(matrix, right))

@@ -25,6 +25,7 @@ from tracker.apple.hypotheses import (
     TURN,
     Hypotheses,
     NormalEquations,
+    without_views,
 )
 from tracker.apple.outline_rays import meet_outline
 from tracker.apple.outline_views import OutlineModelConfig, OutlineViews
@@ -55,6 +56,11 @@ class OutlineModel:
         matrix = weighted @ np.swapaxes(J, -1, -2) + pole_J @ np.swapaxes(pole_J, -1, -2)
         gradient = (weighted @ distance[..., None] + pole_J @ off[..., None])[..., 0]
         return self._with_priors(hypotheses, cost, matrix, gradient)
+
+    def information(self, hypotheses: Hypotheses) -> np.ndarray:
+        """(S, 9, 9) what the views alone tell each hypothesis, errors of their poses allowed for."""
+        system = self.evaluate(hypotheses, np.inf)
+        return without_views(system)[0] - np.diag(self._prior_inverse() ** 2)
 
     def residual_px(self, hypotheses: Hypotheses) -> float:
         """Robust root mean square of the outline points' distances, of the first hypothesis."""
@@ -149,15 +155,8 @@ class OutlineModel:
         self, hypotheses: Hypotheses, cost: np.ndarray, matrix: np.ndarray, gradient: np.ndarray
     ) -> NormalEquations:
         """Adds what is known before the images, and parts the views' own parameters."""
-        config = self._config
+        config, inverse = self._config, self._prior_inverse()
         off = np.zeros((len(cost), SHARED))
-        inverse = np.zeros(SHARED)
-        inverse[[LOG_RADIUS, LOG_ASPECT, EDGE, DEPTH]] = [
-            1.0 / config.radius_sigma,
-            1.0 / config.aspect_sigma,
-            1.0 / config.edge_sigma_px,
-            1.0 / config.depth_sigma,
-        ]
         off[:, LOG_RADIUS] = hypotheses.log_radius - np.log(config.radius_m)
         off[:, LOG_ASPECT] = hypotheses.log_aspect - np.log(config.aspect)
         off[:, EDGE], off[:, DEPTH] = hypotheses.edge_px, hypotheses.depth - 1.0
@@ -172,6 +171,17 @@ class OutlineModel:
             view_matrix=matrix[..., SHARED:, SHARED:] + np.eye(PER_VIEW),
             mixed_matrix=matrix[..., SHARED:, :SHARED],
         )
+
+    def _prior_inverse(self) -> np.ndarray:
+        """(9,) 1 / deviation of what is known of the shared parameters before the images."""
+        config, inverse = self._config, np.zeros(SHARED)
+        inverse[[LOG_RADIUS, LOG_ASPECT, EDGE, DEPTH]] = [
+            1.0 / config.radius_sigma,
+            1.0 / config.aspect_sigma,
+            1.0 / config.edge_sigma_px,
+            1.0 / config.depth_sigma,
+        ]
+        return inverse
 
 
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -19,8 +19,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tracker.apple.attitude import angle_between_deg, tangent_basis, unit
-from tracker.apple.descent import descend, without_views
-from tracker.apple.hypotheses import AXIS, PER_VIEW, Hypotheses, NormalEquations, chosen_of
+from tracker.apple.descent import descend
+from tracker.apple.hypotheses import (
+    AXIS,
+    PER_VIEW,
+    Hypotheses,
+    NormalEquations,
+    chosen_of,
+    without_views,
+)
 from tracker.apple.outline_model import OutlineModel
 from tracker.apple.outline_views import OutlineModelConfig
 from tracker.apple.spheroid import Spheroid, cone_of_ellipse, principal_cone

@@ -114,3 +114,22 @@ def principal_cone(C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     directions = vectors[:, [1, 0, 2]].T
     directions[2] *= np.sign(directions[2, 2])
     return directions, np.arctan(np.sqrt(values[2] / -values[[1, 0]]))
+
+
+def ellipse_of_cone(C: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """The ellipse in which a cone of rays (3, 3) in the camera's frame meets the image.
+
+    Returns: (2,) centre [px]; (2,) major and minor semi-axis [px]; angle of the major axis [rad]
+        from +u towards +v, in [0, π). ValueError where the cone is not wholly before the camera.
+    """
+    inverse = np.linalg.inv(K)
+    conic = inverse.T @ C @ inverse
+    A, b = conic[:2, :2], conic[:2, 2]
+    if not np.linalg.det(A) > 0.0:
+        raise ValueError("the cone does not meet the image in an ellipse")
+    centre = -np.linalg.solve(A, b)
+    level = float(conic[2, 2] + b @ centre)
+    values, vectors = np.linalg.eigh(-A / level)
+    major = vectors[:, 0]
+    angle = math.atan2(float(major[1]), float(major[0])) % math.pi
+    return centre, 1.0 / np.sqrt(values), angle if angle < math.pi else 0.0
