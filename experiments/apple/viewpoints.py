@@ -36,9 +36,7 @@ class Viewing:
     """Planned poses (4, 4) of the approach, what takes pictures, and the seed -> photographs."""
 
 
-def along_the_arc(
-    planned: Sequence[np.ndarray], take: Photographer, seed: int
-) -> list[Photograph]:
+def along_the_arc(planned: Sequence[np.ndarray], take: Photographer, seed: int) -> list[Photograph]:
     """The planned approach, whatever is seen."""
     del seed
     return [photograph for T in planned if (photograph := take(T)) is not None]
