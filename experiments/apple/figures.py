@@ -67,5 +67,5 @@ def draw_table(estimates: Estimates, number: int) -> Figure:
         axis.set_title(f"angle with the robot's {'xyz'[j]} axis [deg]")
         axis.set_xlabel("image")
         axis.set_xticks(images)
-    add_legend(figure, axes, columns=4)
+    add_legend(figure, axes, columns=4 if number == 1 else 5)
     return figure

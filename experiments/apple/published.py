@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from tracker.apple.attitude import axis_of_angles, opencv_rotation, rotation_of_fixed_angles
+from tracker.apple.hypotheses import solved
 from tracker.apple.view import CameraPose
 
 TABLES = (1, 2)
@@ -77,8 +78,7 @@ class PublishedTable:
         forward = self.rotation[:, :, 2]
         across = np.eye(3) - forward[:, :, None] * forward[:, None, :]
         right = (across @ self.position_m[..., None]).sum(axis=0)
-        inverse: np.ndarray = np.linalg.inv(across.sum(axis=0))
-        return (inverse @ right)[:, 0]
+        return solved(across.sum(axis=0), right)[:, 0]
 
 
 @cache

@@ -16,9 +16,13 @@ from enum import StrEnum
 import numpy as np
 
 from tracker.apple.attitude import unit
-from tracker.apple.spheroid import cone_of_ellipse, principal_cone, rays_of
-from tracker.apple.view import FruitView, Sighting
+from tracker.apple.spheroid import Spheroid, cone_of_ellipse, principal_cone, rays_of
+from tracker.apple.view import CameraPose, FruitView, Sighting
 from tracker.checks import require_choice, require_positive
+
+_AT_CAMERA = CameraPose(np.eye(3), np.zeros(3))
+_ROUNDS = 4
+"""In which method 2 corrects the place of the fruit for its shape."""
 
 
 class Method(StrEnum):
@@ -130,7 +134,8 @@ def offset_axis(view: FruitView, K: np.ndarray, aspect: float, form: str) -> np.
 
     In perspective the ray of the calyx meets the sphere on which the pole must lie. With the radius
     of the equator as the unit of length, a wide half-angle θ of the cone puts the fruit's middle at
-    1 / sin θ along the ray in the middle of the cone.
+    1 / sin θ along the ray in the middle of the cone, were it a ball; the spheroid's own cone then
+    corrects that, in a few rounds.
 
     Args:
         view: With a fruit and its calyx.
@@ -146,13 +151,23 @@ def offset_axis(view: FruitView, K: np.ndarray, aspect: float, form: str) -> np.
         if size > 1.0:
             offset = offset / size
         return np.array([*offset, math.sqrt(max(0.0, 1.0 - min(size, 1.0) ** 2))])
-    directions, half_angles = principal_cone(_cone(view, K))
-    centre = directions[2] / math.sin(half_angles[0])
-    ray = unit(rays_of(view.calyx_px, K))
-    along = float(ray @ centre)
-    inside = aspect**2 - (float(centre @ centre) - along**2)
-    pole = (along - math.sqrt(max(0.0, inside))) * ray
-    return unit(centre - pole)
+    return _perspective_offset(_cone(view, K), unit(rays_of(view.calyx_px, K)), aspect)
+
+
+def _perspective_offset(cone: np.ndarray, calyx_ray: np.ndarray, aspect: float) -> np.ndarray:
+    """(3,) axis of a fruit that touches the cone and has its calyx on the ray (3,)."""
+    directions, half_angles = principal_cone(cone)
+    middle, sine = directions[2], math.sin(half_angles[0])
+    centre, axis = middle / sine, middle
+    for _ in range(_ROUNDS):
+        along = float(calyx_ray @ centre)
+        inside = aspect**2 - (float(centre @ centre) - along**2)
+        axis = unit(centre - (along - math.sqrt(max(0.0, inside))) * calyx_ray)
+        predicted = Spheroid(centre, axis, 1.0, aspect).cone(_AT_CAMERA)
+        seen, seen_angles = principal_cone(predicted)
+        distance = float(np.linalg.norm(centre)) * math.sin(seen_angles[0]) / sine
+        centre = distance * unit(centre / np.linalg.norm(centre) + middle - seen[2])
+    return axis
 
 
 def _cone(view: FruitView, K: np.ndarray) -> np.ndarray:
