@@ -78,7 +78,7 @@ def _best_reachable(
     sigmas = predicted_sigmas_deg(fit, candidates, intrinsics(), (WIDTH_PX, HEIGHT_PX))
     for index in np.argsort(sigmas, kind="stable")[:_TRIES]:
         if np.isfinite(sigmas[index]):
-            photograph = take(pointed(candidates[index].position_m, centre, rng))
+            photograph = take(pointed(np.asarray(candidates[index].position_m), centre, rng))
             if photograph is not None:
                 return photograph
     return None

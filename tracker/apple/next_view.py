@@ -23,6 +23,11 @@ from tracker.apple.spheroid import Spheroid, ellipse_of_cone
 from tracker.apple.view import CameraPose, FruitStatus, FruitView, Sighting
 from tracker.checks import require_count, require_positive, require_share
 
+_WILD = 1e10
+"""Trace of a view's matrix, in units of its pose's deviations, above which it means nothing."""
+_LEAST_LIKELY = 700.0
+"""Half a sum of squares of which the exponential is still a number."""
+
 
 @dataclass(frozen=True)
 class NextViewConfig:
@@ -156,9 +161,15 @@ def _misfit(model: OutlineModel, hypotheses: Hypotheses) -> np.ndarray:
     The errors of the camera's pose are fitted, by one linear step.
     """
     system = model.evaluate(hypotheses, np.inf)
-    step = solved(system.view_matrix, system.view_gradient[..., None])[..., 0]
+    # A hypothesis that a normal of the picture grazes has derivatives beyond all bounds, and the
+    # picture is surely not its own.
+    is_wild = ~(np.einsum("svii->s", system.view_matrix) < _WILD)
+    pick = is_wild[:, None, None, None]
+    matrix = np.where(pick, np.eye(PER_VIEW), system.view_matrix)
+    step = solved(matrix, system.view_gradient[..., None])[..., 0]
     gain = 0.5 * (system.view_gradient * step).sum(axis=(1, 2))
-    return np.clip(system.cost - gain, 0.0, 700.0)
+    misfit = np.where(is_wild, _LEAST_LIKELY, system.cost - gain)
+    return np.clip(misfit, 0.0, _LEAST_LIKELY)
 
 
 def _predicted(
