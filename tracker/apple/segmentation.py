@@ -37,6 +37,9 @@ class SegmentationConfig:
     """A region of at least this share of the largest may be a piece of the same fruit."""
     second_share: float = 0.30
     """A region apart of at least this share of the largest is a second fruit."""
+    notch_share: float = 0.08
+    """Where so much of a contour that no ellipse fits runs through notches in which there is no
+    leaf, there are two fruits."""
     stem_share: float = 0.12
     """What is narrower than this share of the fruit is no part of it."""
     noise_px: float = 0.35
@@ -53,7 +56,14 @@ class SegmentationConfig:
     def __post_init__(self) -> None:
         require_positive(self, "red_ratio", "green_ratio", "least_area_px", "noise_px")
         require_positive(self, "tolerance_px", "red_margin_levels")
-        for name in ("piece_share", "second_share", "stem_share", "least_arc", "calyx_darkness"):
+        for name in (
+            "piece_share",
+            "second_share",
+            "notch_share",
+            "stem_share",
+            "least_arc",
+            "calyx_darkness",
+        ):
             require_share(self, name)
         if not 0.0 < self.calyx_area[0] < self.calyx_area[1] <= 1.0:
             raise ValueError(f"calyx_area must be 0 < low < high <= 1, got {self.calyx_area!r}")
@@ -122,7 +132,8 @@ def _describe(
     points, is_trusted = _outline(scene)
     ellipse = fit_ellipse(points, is_trusted, config.noise_px, config.tolerance_px)
     if ellipse is None:
-        return FruitView(FruitStatus.COVERED)
+        is_two = _bare_notch_share(scene) > config.notch_share
+        return FruitView(FruitStatus.TWO_FRUITS if is_two else FruitStatus.COVERED)
     if _has_second(scene, ellipse, config):
         return FruitView(FruitStatus.TWO_FRUITS)
     arc = _arc_fraction(ellipse)
@@ -219,28 +230,55 @@ def _outline(scene: _Scene) -> tuple[np.ndarray, np.ndarray]:
     A contour runs through the centres of the outermost pixels of the region. The edge is half a
     pixel farther out along the image axis that is nearer to its normal.
     """
-    contours, _ = cv2.findContours(scene.filled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    if not contours:
+    contour, hull = _contour(scene)
+    if not len(contour):
         return np.empty((0, 2)), np.empty(0, bool)
-    contour = np.concatenate(contours)
-    hull = cv2.convexHull(contour)
-    inner = np.zeros_like(scene.filled)
-    cv2.fillConvexPoly(inner, hull, 255)
-    inner = cv2.erode(inner, np.ones((3, 3), np.uint8), borderValue=0)
-    places = contour[:, 0]
-    places = places[inner[places[:, 1], places[:, 0]] == 0]
-    points = places.astype(float)
+    points = contour[~_is_off_hull(scene, contour, hull, 1)].astype(float)
     moments = cv2.moments(hull)
     middle = np.array([moments["m10"], moments["m01"]]) / max(moments["m00"], 1e-9)
     outwards = points - middle
     outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-9)
-    beside = np.rint(points + 2.5 * outwards).astype(int)
-    height, width = scene.leaf.shape
-    column, row = np.clip(beside, 0, np.array([width - 1, height - 1])).T
-    in_front = np.logical_or(scene.leaf > 0, scene.brown > 0)
-    is_trusted = ~in_front[row, column]
+    is_trusted = ~_is_beside(scene, points + 2.5 * outwards)
     points += 0.5 * np.abs(outwards).max(axis=1, keepdims=True) * outwards
     return points, is_trusted
+
+
+def _bare_notch_share(scene: _Scene) -> float:
+    """Share of the contour that is deep inside its hull, and nowhere near a leaf or a stem."""
+    contour, hull = _contour(scene)
+    if not len(contour):
+        return 0.0
+    depth = max(3, round(0.05 * np.sqrt(cv2.contourArea(hull))))
+    deep = contour[_is_off_hull(scene, contour, hull, depth)]
+    near = np.concatenate([deep + step for step in ((3, 0), (-3, 0), (0, 3), (0, -3))])
+    is_beside = _is_beside(scene, near.astype(float)).reshape(4, -1).any(axis=0)
+    return float(np.count_nonzero(~is_beside)) / len(contour)
+
+
+def _contour(scene: _Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Pixels (n, 2) of the outer contours of all pieces, and the hull (m, 1, 2) of them all."""
+    contours, _ = cv2.findContours(scene.filled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    if not contours:
+        return np.empty((0, 2), np.int32), np.empty((0, 1, 2), np.int32)
+    contour = np.concatenate(contours)
+    return contour[:, 0], cv2.convexHull(contour)
+
+
+def _is_off_hull(scene: _Scene, contour: np.ndarray, hull: np.ndarray, depth_px: int) -> np.ndarray:
+    """(n,) bool, which pixels are so far inside the hull."""
+    inner = np.zeros_like(scene.filled)
+    cv2.fillConvexPoly(inner, hull, 255)
+    size = 2 * depth_px + 1
+    inner = np.asarray(cv2.erode(inner, np.ones((size, size), np.uint8), borderValue=0))
+    return inner[contour[:, 1], contour[:, 0]] > 0
+
+
+def _is_beside(scene: _Scene, points: np.ndarray) -> np.ndarray:
+    """(n,) bool, which points lie on a leaf or on something brown."""
+    height, width = scene.leaf.shape
+    column, row = np.clip(np.rint(points).astype(int), 0, np.array([width - 1, height - 1])).T
+    in_front = np.logical_or(scene.leaf > 0, scene.brown > 0)
+    return np.asarray(in_front[row, column])
 
 
 def _has_second(scene: _Scene, ellipse: FittedEllipse, config: SegmentationConfig) -> bool:
@@ -300,6 +338,8 @@ def _calyx(
 def _skin(scene: _Scene, ellipse: FittedEllipse) -> tuple[np.ndarray, float]:
     """Pixels (m, 2) of a sparse grid at which skin is in sight, and their spacing."""
     step = max(3, int(ellipse.semi_axes_px[0] / 12.0))
-    is_skin = cv2.bitwise_and(scene.red, _disc(scene, ellipse, 0.97))
+    # Noise reddens single pixels of a calyx.
+    solid = cv2.erode(scene.red, np.ones((3, 3), np.uint8))
+    is_skin = np.asarray(cv2.bitwise_and(solid, _disc(scene, ellipse, 0.97)))
     rows, columns = np.nonzero(is_skin[step // 2 :: step, step // 2 :: step])
     return np.column_stack([columns, rows]) * float(step) + step // 2, float(step)

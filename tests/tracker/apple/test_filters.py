@@ -56,7 +56,8 @@ def test_coordinates_are_filtered_apart():
     first, second = measurements(3), measurements(4)
     second[:, 0] = first[:, 0]
     runs = [
-        particle_estimates(m, PointFilterConfig(), np.random.default_rng(5)) for m in (first, second)
+        particle_estimates(m, PointFilterConfig(), np.random.default_rng(5))
+        for m in (first, second)
     ]
     np.testing.assert_array_equal(runs[0][:, 0], runs[1][:, 0])
     assert not np.allclose(runs[0][:, 1], runs[1][:, 1])

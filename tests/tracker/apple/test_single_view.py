@@ -93,9 +93,7 @@ def test_method_1_is_exact_in_perspective_for_an_axis_across_the_line_of_sight(s
 def test_the_bias_of_method_1_is_the_tilt_along_the_line_of_sight():
     fruit = fruits.apple(fruits.direction(20.0, 0.0))
     for form in ("paper", "perspective"):
-        found = measure(
-            fruits.sighting(fruit, FRONT, calyx_px=None), SingleViewConfig(form=form)
-        )
+        found = measure(fruits.sighting(fruit, FRONT, calyx_px=None), SingleViewConfig(form=form))
         assert axis_error_deg(found.axis, fruit.axis) == pytest.approx(20.0, abs=0.1)
         ray = np.array([1.0, 0.0, 0.0])
         assert ray @ found.information @ ray < 0.05 * np.trace(found.information)
@@ -108,9 +106,7 @@ def test_method_2_is_better_in_perspective_when_the_camera_is_near(aside_deg):
     near = looking_at(fruits.CENTRE_M + [0.0, 0.02, -0.02], fruits.CENTRE_M - [0.22, 0.0, 0.0])
     errors = {
         form: axis_error_deg(
-            measure(
-                fruits.sighting(fruit, near), SingleViewConfig(form=form, aspect=0.85)
-            ).axis,
+            measure(fruits.sighting(fruit, near), SingleViewConfig(form=form, aspect=0.85)).axis,
             fruit.axis,
         )
         for form in ("paper", "perspective")
