@@ -112,6 +112,7 @@ def parser(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.setattr(cli.Compare, "run", lambda self: 0)
     monkeypatch.setattr(cli.List, "run", lambda self: 0)
     monkeypatch.setattr(cli.Otb, "run", lambda self: 0)
+    monkeypatch.setattr(cli.Apple, "run", lambda self: 0)
     return cli
 
 

@@ -26,12 +26,16 @@ _STUCK = 1e4
 def descend(
     model: OutlineModel, hypotheses: Hypotheses, scale_px: float, steps: int
 ) -> tuple[Hypotheses, NormalEquations]:
-    """Levenberg-Marquardt steps of all hypotheses; one that a step makes worse stays."""
+    """Levenberg-Marquardt steps of all hypotheses; one that a step makes worse stays.
+
+    A step so long that its cost is no number is such a one.
+    """
     system = model.evaluate(hypotheses, scale_px)
     damping, is_done = np.full(len(system.cost), 1e-3), np.zeros(len(system.cost), bool)
     for _ in range(steps):
-        moved = hypotheses.moved(*_step(system, damping))
-        after = model.evaluate(moved, scale_px)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            moved = hypotheses.moved(*_step(system, damping))
+            after = model.evaluate(moved, scale_px)
         better = after.cost < system.cost
         hypotheses = moved.where(better, hypotheses)
         gain = np.where(better, system.cost - after.cost, 0.0)

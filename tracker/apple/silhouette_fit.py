@@ -91,6 +91,8 @@ class SilhouetteFit:
     apart."""
     residual_px: float
     """Robust root mean square of the outline points' distances."""
+    is_sign_seen: bool
+    """Whether the images tell which end has the calyx; else the stem is taken to be up."""
 
     @property
     def fruit(self) -> Spheroid:
@@ -135,8 +137,8 @@ def fit_silhouettes(
     hypotheses = _searched(usable, config)
     model = OutlineModel(usable, config.model)
     hypotheses, system = descend(model, hypotheses, config.last_scale_px, config.last_steps)
-    hypotheses, system = _with_signs(model, hypotheses, system, config)
-    return _answer(model, hypotheses, system, config)
+    hypotheses, system, lead = _with_signs(model, hypotheses, system, config)
+    return _answer(model, hypotheses, system, lead, config)
 
 
 def _searched(sightings: Sequence[Sighting], config: SilhouetteFitConfig) -> Hypotheses:
@@ -223,19 +225,24 @@ def _with_signs(
     hypotheses: Hypotheses,
     system: NormalEquations,
     config: SilhouetteFitConfig,
-) -> tuple[Hypotheses, NormalEquations]:
-    """Each line with the end at which the images, or else `up`, put the stem."""
+) -> tuple[Hypotheses, NormalEquations, np.ndarray]:
+    """Each line with the end at which the images, or else `up`, put the stem.
+
+    Also by how much (S,) the costs of both ends differ.
+    """
     turned, turned_system = descend(model, hypotheses.flipped(), config.last_scale_px, 4)
     is_up = hypotheses.axis @ unit(np.array(config.up)) >= 0.0
     lead = turned_system.cost - system.cost
     stays = np.where(np.abs(lead) > _EQUAL_COST, lead > 0.0, is_up)
-    return hypotheses.where(stays, turned), chosen_of(stays, system, turned_system)
+    lead = np.abs(lead)
+    return hypotheses.where(stays, turned), chosen_of(stays, system, turned_system), lead
 
 
 def _answer(
     model: OutlineModel,
     hypotheses: Hypotheses,
     system: NormalEquations,
+    lead: np.ndarray,
     config: SilhouetteFitConfig,
 ) -> SilhouetteFit:
     kept = _distinct(hypotheses, system.cost, config.kept_count)
@@ -259,4 +266,5 @@ def _answer(
         )
         for i in range(len(kept))
     )
-    return SilhouetteFit(explanations, model.residual_px(hypotheses.take(np.array([0]))))
+    residual_px = model.residual_px(hypotheses.take(np.array([0])))
+    return SilhouetteFit(explanations, residual_px, bool(lead[kept[0]] > _EQUAL_COST))

@@ -120,6 +120,6 @@ def noisy(fruit, pose, rng, *, noise_px=0.25, edge_px=0.3, pose_deg=0.5, leaves=
 def leaves_before(rng, count=3):
     """Leaves 3 cm in front of the fruit, that hide parts of its outline."""
     return [
-        (CENTRE_M + [-0.03, *rng.uniform(-0.045, 0.045, 2)], rng.uniform(0.02, 0.03))
+        (CENTRE_M + np.array([-0.03, *rng.uniform(-0.045, 0.045, 2)]), rng.uniform(0.02, 0.03))
         for _ in range(count)
     ]

@@ -58,7 +58,7 @@ def test_errors_of_vectors_and_of_axes():
 
 
 def test_fixed_angles_turn_about_x_then_y_then_z():
-    """x to the right hand: 90 deg about x sends y to z, then about y z to x, then about z x to y."""
+    """90 degrees about x send y to z, then those about y z to x, then those about z x to y."""
     R = rotation_of_fixed_angles(np.array([90.0, 90.0, 90.0]))
     np.testing.assert_allclose(R @ [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], atol=1e-12)
     one = rotation_of_fixed_angles(np.array([0.0, 0.0, 30.0]))

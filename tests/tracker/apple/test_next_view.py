@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import fruits
 import numpy as np
@@ -12,7 +13,7 @@ from tracker.apple.next_view import (
     predicted_sigmas_deg,
     views_around,
 )
-from tracker.apple.silhouette_fit import fit_silhouettes
+from tracker.apple.silhouette_fit import SilhouetteFit, fit_silhouettes
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +58,9 @@ def test_the_best_view_beats_going_on_straight():
 def test_a_view_that_would_cut_the_fruit_is_never_chosen(fit):
     good = looking_at(fruits.CENTRE_M, fruits.CENTRE_M - [0.4, 0.0, 0.0])
     too_near = looking_at(fruits.CENTRE_M, fruits.CENTRE_M - [0.09, 0.0, 0.0])
-    aside = looking_at(fruits.CENTRE_M + [0.0, 0.3, 0.0], fruits.CENTRE_M - [0.4, 0.0, 0.0])
+    aside = looking_at(
+        fruits.CENTRE_M + np.array([0.0, 0.3, 0.0]), fruits.CENTRE_M - [0.4, 0.0, 0.0]
+    )
     behind = looking_at(fruits.CENTRE_M - [0.9, 0.0, 0.0], fruits.CENTRE_M - [0.4, 0.0, 0.0])
     bad = [too_near, aside, behind]
     sigmas = predicted_sigmas_deg(fit, [*bad, good], fruits.K, fruits.SIZE_PX)
@@ -67,8 +70,24 @@ def test_a_view_that_would_cut_the_fruit_is_never_chosen(fit):
     assert best_view(fit, bad, fruits.K, fruits.SIZE_PX) is None
 
 
+def test_an_explanation_that_the_picture_rules_out_does_not_break_the_choice(fit):
+    """Its outline is elsewhere, and normals of the picture's outline graze it or miss it."""
+    best = fit.hypotheses[0]
+    poses = views_around(fruits.CENTRE_M, np.array([-1.0, 0.0, 0.0]), 0.3, 0.8, 5)
+    alone = SilhouetteFit((replace(best, probability=1.0),), 0.1, True)
+    expected = predicted_sigmas_deg(alone, poses, fruits.K, fruits.SIZE_PX)
+    for aside in np.linspace(0.2, 2.0, 10):
+        shift = np.array([0.0, aside * best.fruit.radius_m, 0.01])
+        fruit = replace(best.fruit, centre_m=best.fruit.centre_m + shift)
+        other = replace(best, fruit=fruit, probability=1e-6)
+        both = SilhouetteFit((replace(best, probability=1.0 - 1e-6), other), 0.1, True)
+        sigmas = predicted_sigmas_deg(both, poses, fruits.K, (1280, 960))
+        assert np.isfinite(sigmas).all()
+        np.testing.assert_allclose(sigmas, expected, rtol=0.01)
+
+
 def test_leaves_make_a_view_worth_less(fit):
-    pose = [looking_at(fruits.CENTRE_M, fruits.CENTRE_M + [0.0, -0.3, 0.1])]
+    pose = [looking_at(fruits.CENTRE_M, fruits.CENTRE_M + np.array([0.0, -0.3, 0.1]))]
     clear = predicted_sigmas_deg(fit, pose, fruits.K, fruits.SIZE_PX)
     half = NextViewConfig(visible_share=0.5)
     assert predicted_sigmas_deg(fit, pose, fruits.K, fruits.SIZE_PX, half) > clear

@@ -71,6 +71,7 @@ def test_a_calyx_in_sight_decides_the_sign():
     fruit = fruits.apple((0.7, 0.1, -0.7))  # stem down and away
     fit = fit_silhouettes(noisy_views(fruit, rng))
     assert angle_between_deg(fit.axis, fruit.axis) < 2.0
+    assert fit.is_sign_seen
 
 
 def test_bare_skin_where_the_calyx_would_be_decides_the_sign():
@@ -85,9 +86,32 @@ def test_outlines_alone_leave_the_sign_to_what_is_up():
         fruits.sighting(fruit, p, calyx_px=None, arc_fraction=0.9, skin_px=np.empty((0, 2)))
         for p in POSES
     ]
-    assert fit_silhouettes(views).axis[2] > 0.9
+    fit = fit_silhouettes(views)
+    assert fit.axis[2] > 0.9
+    assert not fit.is_sign_seen
     config = SilhouetteFitConfig(up=(0.0, 0.0, -1.0))
     assert fit_silhouettes(views, config).axis[2] < -0.9
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"aspect": 0.92, "aspect_sigma": 1e-4},
+        {"pose_sigma_rad": 1e-5, "pose_sigma_m": 1e-6},
+    ],
+)
+def test_what_the_fit_must_not_take_for_known(wrong):
+    """An aspect 0.03 off, or poses that are half a degree off, put a hanging apple far off."""
+    errors: dict[str, list[float]] = {"fitted": [], "known": []}
+    for seed in range(5):
+        rng = np.random.default_rng(900 + seed)
+        fruit = fruits.hanging(rng, aspect=0.95)
+        views = noisy_views(fruit, rng)
+        known = SilhouetteFitConfig(model=OutlineModelConfig(**wrong))
+        for name, config in (("fitted", None), ("known", known)):
+            errors[name].append(axis_error_deg(fit_silhouettes(views, config).axis, fruit.axis))
+    assert np.median(errors["fitted"]) < 2.0
+    assert np.median(errors["known"]) > 10.0
 
 
 def test_a_stretch_of_wrong_outline_pulls_little():

@@ -103,7 +103,9 @@ def test_the_bias_of_method_1_is_the_tilt_along_the_line_of_sight():
 def test_method_2_is_better_in_perspective_when_the_camera_is_near(aside_deg):
     angle = math.radians(aside_deg)
     fruit = fruits.apple((math.cos(angle), 0.0, math.sin(angle)))
-    near = looking_at(fruits.CENTRE_M + [0.0, 0.02, -0.02], fruits.CENTRE_M - [0.22, 0.0, 0.0])
+    near = looking_at(
+        fruits.CENTRE_M + np.array([0.0, 0.02, -0.02]), fruits.CENTRE_M - [0.22, 0.0, 0.0]
+    )
     errors = {
         form: axis_error_deg(
             measure(fruits.sighting(fruit, near), SingleViewConfig(form=form, aspect=0.85)).axis,

@@ -95,7 +95,7 @@ def test_the_calyx_is_at_the_pole_that_the_axis_points_away_from():
     fruit = fruits.apple((1.0, 0.0, 0.0), aspect=0.8)
     np.testing.assert_allclose(fruit.calyx_m, fruits.CENTRE_M - [0.032, 0.0, 0.0])
     front = looking_at(fruits.CENTRE_M, fruits.CENTRE_M - [0.4, 0.0, 0.0])
-    back = looking_at(fruits.CENTRE_M, fruits.CENTRE_M + [0.4, 0.0, 0.0])
+    back = looking_at(fruits.CENTRE_M, fruits.CENTRE_M + np.array([0.4, 0.0, 0.0]))
     assert fruit.calyx_facing(front) == pytest.approx(1.0)
     assert fruit.calyx_facing(back) == pytest.approx(-1.0)
     np.testing.assert_allclose(fruit.calyx_px(fruits.K, front), fruits.K[:2, 2], atol=1e-9)
