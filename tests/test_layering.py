@@ -7,7 +7,8 @@ and `sim.referee`; `experiments/cell.py` reads it out. Where it and a tracker ar
 - `experiments/teaching.py` lays the object on the still belt before any trial and takes the
   reference photograph, from which the template is cut that `experiments/cell.py` keeps;
 - `experiments/perception.py` holds the oracles beside the trackers;
-- `experiments/loop.py` runs perception and writes the truth into the trace, for scoring.
+- `experiments/loop.py` runs perception and writes the truth into the trace, for scoring;
+- `experiments/apple/replay.py` hangs the fruit up, and scores what the methods say of its images.
 """
 
 from __future__ import annotations
@@ -27,10 +28,18 @@ FORBIDDEN_ROOTS = {
     "tracker": {"sim", "experiments"} | SIMULATORS,
     "experiments": set[str](),
 }
-TRUTH_MODULES = {"sim.task", "sim.environment", "sim.referee", "experiments.cell"}
+TRUTH_MODULES = {
+    "sim.task",
+    "sim.environment",
+    "sim.referee",
+    "sim.orchard.fruit",
+    "experiments.cell",
+}
 BLIND_MODULES = ("sim.servo", "sim.grasp")
 TRACKER_VOCABULARY = {"tracker.base"}  # types that say how a track stands; nothing to tell truth to
-TRUTH_MEETS_TRACKER = {f"experiments.{name}" for name in ("cell", "loop", "perception", "teaching")}
+TRUTH_MEETS_TRACKER = {
+    f"experiments.{name}" for name in ("cell", "loop", "perception", "teaching", "apple.replay")
+}
 SEEDING = "experiments.seeding"
 SEEDED = {"Generator", "BitGenerator", "SeedSequence", "PCG64", "PCG64DXSM", "MT19937", "Philox"}
 

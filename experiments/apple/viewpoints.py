@@ -76,9 +76,10 @@ def _best_reachable(
     around = views_around(centre, seen_from[0], distance_m, _CAP_RAD, _CANDIDATES)
     candidates = [pose for pose in around if _is_new(pose, centre, seen_from)]
     sigmas = predicted_sigmas_deg(fit, candidates, intrinsics(), (WIDTH_PX, HEIGHT_PX))
-    for index in np.argsort(sigmas, kind="stable")[:_TRIES]:
+    order: list[int] = np.argsort(sigmas, kind="stable")[:_TRIES].tolist()
+    for index in order:
         if np.isfinite(sigmas[index]):
-            photograph = take(pointed(np.asarray(candidates[index].position_m), centre, rng))
+            photograph = take(pointed(candidates[index].position_m, centre, rng))
             if photograph is not None:
                 return photograph
     return None

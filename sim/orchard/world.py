@@ -102,8 +102,8 @@ class Orchard:
     def __init__(self, config: OrchardConfig, rng: np.random.Generator) -> None:
         """`rng` paints the skin, the leaves and the backdrop."""
         self.config = config
-        self.model = _compile(config, rng)
-        self.data = mujoco.MjData(self.model)
+        self.model: Any = _compile(config, rng)
+        self.data: Any = mujoco.MjData(self.model)
         self._joints = [int(self.model.joint(name).qposadr[0]) for name in JOINT_NAMES]
         self._renderer: OffscreenRenderer | None = None
         mujoco.mj_forward(self.model, self.data)
