@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 import sim  # noqa: F401
-from experiments.apple.film import caption, draw_view
+from experiments.apple.film import caption, draw_view, true_pose
 from experiments.apple.observer import SEGMENTED, sighting
 from experiments.apple.photographs import ArmPhotographer
 from experiments.apple.worlds import CLASSES, WorldId, draw_world
@@ -31,7 +31,8 @@ def panel(fruit_class: str) -> np.ndarray:
     sightings = [sighting(photo, SEGMENTED) for photo in photographs if photo is not None]
     fit = fit_silhouettes(sightings)
     assert fit is not None and photographs[-1] is not None
-    image = draw_view(photographs[-1].rgb, sightings[-1].view, fit, sightings[-1].pose)
+    last = photographs[-1]
+    image = draw_view(last.rgb, sightings[-1].view, fit, true_pose(last))
     error = float(axis_error_deg(fit.axis, world.fruit.axis))
     caption(image, [f"{fruit_class}: axis {error:.1f} deg off after {IMAGES} images"])
     return image

