@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Sequence
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from experiments.config import TrialConfig, TrialResult
+
+Row = TypeVar("Row")
 
 World: TypeAlias = tuple[Any, ...]
 """What a trial met, whoever tracked: the setting and the seed."""
@@ -47,11 +49,9 @@ def cell_keys(results: Sequence[TrialResult]) -> list[str]:
     return [*USUAL_KEYS[:3], *varying, USUAL_KEYS[3]]
 
 
-def group_by(
-    results: Iterable[TrialResult], keys: Sequence[str]
-) -> dict[tuple[Any, ...], list[TrialResult]]:
-    """Results by the values of `keys`, in order of first appearance."""
-    groups: dict[tuple[Any, ...], list[TrialResult]] = {}
+def group_by(results: Iterable[Row], keys: Sequence[str]) -> dict[tuple[Any, ...], list[Row]]:
+    """Rows by the values of `keys`, in order of first appearance."""
+    groups: dict[tuple[Any, ...], list[Row]] = {}
     for row in results:
         groups.setdefault(tuple(getattr(row, key) for key in keys), []).append(row)
     return groups

@@ -156,3 +156,33 @@ def bootstrap_gain(
         gains = resampled[0] / resampled[1] - 1.0
         low, high = np.percentile(gains, [2.5, 97.5])
         return float(mean / reference_mean - 1.0), float(low), float(high)
+
+
+def bootstrap_median(
+    values: Sequence[float], rng: np.random.Generator
+) -> tuple[float, float, float]:
+    """Median of n values and its interval.  Source: [Efron1993], percentile interval.
+
+    Returns: (median, low, high).
+    """
+    sample = np.array(values, float)
+    n = len(sample)
+    medians = np.median(sample[rng.integers(0, n, (BOOTSTRAP_SAMPLES, n))], axis=1)
+    low, high = np.percentile(medians, [2.5, 97.5])
+    return float(np.median(sample)), float(low), float(high)
+
+
+def bootstrap_median_difference(
+    values: Sequence[float], reference: Sequence[float], rng: np.random.Generator
+) -> tuple[float, float, float]:
+    """Difference of two medians (first minus second) over the same n samples, with its interval.
+
+    Samples are drawn in pairs.  Source: [Efron1993], percentile interval.
+    Returns: (difference, low, high).
+    """
+    pairs = np.array([values, reference], float)
+    n = pairs.shape[1]
+    medians = np.median(pairs[:, rng.integers(0, n, (BOOTSTRAP_SAMPLES, n))], axis=2)
+    low, high = np.percentile(medians[0] - medians[1], [2.5, 97.5])
+    difference = np.median(pairs[0]) - np.median(pairs[1])
+    return float(difference), float(low), float(high)

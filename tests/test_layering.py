@@ -11,6 +11,7 @@ and `sim.referee`; `experiments/cell.py` reads it out. Where it and a tracker ar
 - `experiments/bearing_only/flying.py` is the loop of the bearing-only flights, whose truth lives in
   `sim.flight`; beside it `oracles.py` holds their oracles, `senses.py` and `image_senses.py` turn
   the world into measurements, and `top_view.py` draws truth and belief for a film.
+- `experiments/apple/replay.py` hangs the fruit up, and scores what the methods say of its images.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ TRUTH_MODULES = {
     "sim.environment",
     "sim.referee",
     "sim.flight",
+    "sim.orchard.fruit",
     "experiments.cell",
 }
 BLIND_MODULES = ("sim.servo", "sim.grasp")
@@ -46,6 +48,7 @@ TRUTH_MEETS_TRACKER = {
         "loop",
         "perception",
         "teaching",
+        "apple.replay",
         "bearing_only.flying",
         "bearing_only.image_senses",
         "bearing_only.oracles",

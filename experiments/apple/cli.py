@@ -8,6 +8,8 @@ from typing import Annotated, TypeAlias
 
 from tyro.conf import Positional, arg, subcommand
 
+from experiments.apple.rendered_commands import Approach, Replay
+
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
 
@@ -68,7 +70,10 @@ class Report:
 
 
 AppleCommand: TypeAlias = (
-    Annotated[Tables, subcommand("tables")] | Annotated[Report, subcommand("report")]
+    Annotated[Tables, subcommand("tables")]
+    | Annotated[Replay, subcommand("replay")]
+    | Annotated[Approach, subcommand("approach")]
+    | Annotated[Report, subcommand("report")]
 )
 
 

@@ -9,6 +9,7 @@ from experiments.apple.estimates import read_estimates
 from experiments.apple.folder import study_of
 from experiments.apple.tables import all_tables
 from experiments.report import Report
+from experiments.typesetting import Table
 
 _SHOWN = ("agreement", "table1", "table2", "errors", "folding")
 
@@ -33,5 +34,35 @@ def _tables_report(folder: Path) -> Report:
     return Report("\n".join(tables[name].to_text() for name in _SHOWN), tuple(paths))
 
 
-_REPORTS: dict[str, Callable[[Path], Report]] = {"tables": _tables_report}
+def _replay_report(folder: Path) -> Report:
+    from experiments.apple.rendered_figures import write_replay_figures
+    from experiments.apple.replay import replay_file
+    from experiments.apple.replay_tables import replay_tables
+
+    rows = replay_file(folder).read()
+    return _written(folder, replay_tables(rows), write_replay_figures(folder / "figures", rows))
+
+
+def _approach_report(folder: Path) -> Report:
+    from experiments.apple.approach import approach_file
+    from experiments.apple.approach_tables import approach_tables
+    from experiments.apple.rendered_figures import write_approach_figures
+
+    rows = approach_file(folder).read()
+    figures = write_approach_figures(folder / "figures", rows)
+    return _written(folder, approach_tables(rows), figures)
+
+
+def _written(folder: Path, tables: dict[str, Table], figures: list[Path]) -> Report:
+    paths = [
+        path for name, table in tables.items() for path in table.write(folder / "tables", name)
+    ]
+    return Report("\n".join(table.to_text() for table in tables.values()), (*paths, *figures))
+
+
+_REPORTS: dict[str, Callable[[Path], Report]] = {
+    "tables": _tables_report,
+    "replay": _replay_report,
+    "approach": _approach_report,
+}
 """Command of `beltgrasp apple` -> what makes its report."""

@@ -1,0 +1,1 @@
+"""An apple on its branch, leaves around it, and the UR5 that looks at it with a camera in hand."""
