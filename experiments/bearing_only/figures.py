@@ -5,13 +5,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from experiments.bearing_only.flight_figures import write_flight_figures
 from experiments.bearing_only.tables import bootstrap_mean
@@ -89,9 +90,10 @@ def _mean_curves(runs: pd.DataFrame, curves: pd.DataFrame) -> Figure:
         axis.set_xlabel("iteration")
         if column != "robot_error_m":
             axis.set_yscale("log")
+            _plain_ticks(axis.yaxis)
         else:
             axis.set_ylim(bottom=0.0)
-    add_legend(figure, axes, 6)
+    add_legend(figure, axes, 7)
     return figure
 
 
@@ -113,6 +115,7 @@ def _error_spread(runs: pd.DataFrame) -> Figure:
             axis.plot([values.mean()] * 2, [row - 0.4, row + 0.4], "-", color="black", lw=1.2)
         axis.set_title(title)
         axis.set_xscale("log")
+        _plain_ticks(axis.xaxis)
         axis.grid(axis="y", visible=False)
     axes[0].set_yticks(range(len(names)), names)
     axes[0].invert_yaxis()
@@ -132,7 +135,7 @@ def _error_by(runs: pd.DataFrame, column: str, label: str) -> Figure:
         axis.set_title(title)
         axis.set_xlabel(label)
         axis.set_ylim(bottom=0.0)
-    add_legend(figure, axes, 6)
+    add_legend(figure, axes, 7)
     return figure
 
 
@@ -155,8 +158,9 @@ def _error_by_pose_error(runs: pd.DataFrame) -> Figure:
         axis.set_xlabel("std of the position error [m]")
         if kind == "hidden":
             axis.set_yscale("log")
+            _plain_ticks(axis.yaxis)
     axes[0].set_ylabel("mean error of the target [m]")
-    add_legend(figure, axes, 6)
+    add_legend(figure, axes, 7)
     return figure
 
 
@@ -176,6 +180,8 @@ def _plot_error(axis: Axes, runs: pd.DataFrame, x: str, y: str, name: str) -> No
     axis.fill_between(at, mean - std, mean + std, color=colour, alpha=0.12, lw=0)
 
 
-def ordered(names: Sequence[str]) -> list[str]:
-    """The names in the order of the legend."""
-    return [name for name in STYLES if name in names]
+def _plain_ticks(axis: Axis) -> None:
+    """1, 2 and 5 of each decade, written out."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())

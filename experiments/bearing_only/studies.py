@@ -47,8 +47,8 @@ STUDIES: dict[str, Study] = {
         "[Wu2022] section 6.2.2: a target flies a circle",
         FlightRun("circle", "gradient"),
         ("published", "gradient", "log-det", "mixture", "turn", "follow", "random",
-         "dead-reckoning", "known-pose", "known-pose-log-det", "known-pose-cubature",
-         "known-pose-mixture", "known-pose-turn"),
+         "dead-reckoning", "known-pose-published", "known-pose", "known-pose-log-det",
+         "known-pose-cubature", "known-pose-mixture", "known-pose-turn"),
     ),
     "speed": Study(
         "[Wu2022] Fig. 19: the circle at several speeds of the vehicle",
