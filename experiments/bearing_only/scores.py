@@ -105,20 +105,21 @@ def _measures(run: FlightRun, flown: Flown) -> dict[str, NDArray[np.float64]]:
 
 def _nees(error: NDArray[np.float64], covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """(flights,): median over the iterations of e^T P^-1 e; NaN where P is zero (an oracle)."""
+    missing: NDArray[np.float64] = np.full(error.shape[1], np.nan)
     if not len(error):
-        return np.full(error.shape[1], np.nan)
+        return missing
     is_known = np.linalg.det(covariance).min(axis=0) > 0.0
     safe = np.where(is_known[:, None, None], covariance, np.eye(3))
-    solved: NDArray[np.float64] = np.linalg.solve(safe, error[..., None])[..., 0]
+    solved = np.asarray(np.linalg.solve(safe, error[..., None]), np.float64)[..., 0]
     squares = np.einsum("kfi,kfi->kf", error, solved)
-    return np.where(is_known, np.median(squares, axis=0), np.nan)
+    return np.where(is_known, np.median(squares, axis=0), missing)
 
 
 def _aside_speed(log: FlightLog, dt_s: float) -> NDArray[np.float64]:
     """(flights,): mean speed of the vehicle across the line of sight."""
     robot, target = log.array("robot_m"), log.array("target_m")
     if len(robot) < 2:
-        return np.full(robot.shape[1], np.nan)
+        return np.full(robot.shape[1], np.nan, np.float64)
     velocity = np.diff(robot, axis=0) / dt_s
     sight = (target - robot)[:-1]
     sight = sight / np.linalg.norm(sight, axis=-1, keepdims=True)

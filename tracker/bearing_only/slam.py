@@ -8,6 +8,7 @@ section 3 takes; the quaternion there is an error state here, so that nothing ne
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -161,7 +162,7 @@ class MonocularSlam:
         if not is_believed.all():
             used = pairs[is_believed].reshape(-1)
             S, HP, residual = S[np.ix_(used, used)], HP[used], residual[is_believed]
-        L = np.linalg.cholesky(S)
+        L = np.asarray(np.linalg.cholesky(S), np.float64)
         W = _solve_lower(L, HP)
         self._P -= W.T @ W
         self._move(W.T @ _solve_lower(L, residual.reshape(-1)))
@@ -273,4 +274,5 @@ class MonocularSlam:
 
 def _solve_lower(L: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """L^-1 right for a lower triangular L."""
-    return np.asarray(scipy.linalg.solve_triangular(L, right, lower=True, check_finite=False))
+    solve: Any = scipy.linalg.solve_triangular  # pyright: ignore[reportUnknownMemberType]
+    return np.asarray(solve(L, right, lower=True, check_finite=False), np.float64)

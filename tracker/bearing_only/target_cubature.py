@@ -30,7 +30,7 @@ class CubatureFilter:
         self._Q_root = sigma * np.concatenate([dt_s**2 / 2 * eye, dt_s * eye])
         assert np.allclose(self._Q_root @ self._Q_root.T, acceleration_noise(dt_s, sigma))
         self._state = np.concatenate([prior.position_m, prior.velocity_mps], axis=-1)
-        self._L = np.linalg.cholesky(prior.covariance)
+        self._L = np.asarray(np.linalg.cholesky(prior.covariance), np.float64)
 
     @property
     def belief(self) -> TargetBelief:
