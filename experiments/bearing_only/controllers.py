@@ -30,13 +30,13 @@ class Controller:
 
 CONTROLLERS: dict[str, Controller] = {
     "published": Controller(
-        "the seed's method with the process noise that reproduces its published error",
+        "the paper's method with the process noise that reproduces its published error",
         manoeuvre="trace",
         acceleration_std_mps2=0.5,
         floor_share=1.0,
     ),
     "gradient": Controller(
-        "the seed's method: gradient of the trace, constant velocity, no floor",
+        "the paper's method: gradient of the trace, constant velocity, no floor",
         manoeuvre="trace",
         floor_share=1.0,
     ),

@@ -128,7 +128,7 @@ def _show_measure(row: TableRow, name: str, digits: int) -> str:
 
 
 def ratio_table(runs: pd.DataFrame, reference: str = "gradient") -> Table | None:
-    """Mean target error over that of the seed's gradient on the same seeds; None without it.
+    """Mean target error over that of the paper's gradient on the same seeds; None without it.
 
     The interval is 95 %, by bootstrap over seeds in pairs.
     """

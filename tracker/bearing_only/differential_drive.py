@@ -1,6 +1,6 @@
 """A vehicle on two wheels with its camera fixed: it cannot move aside, so it weaves.
 
-The seed's own robot was one [Wu2022, section 6.1.2]; it takes the conversion from a control law of
+The paper's own robot was one [Wu2022, section 6.1.2]; it takes the conversion from a control law of
 formation driving that the text does not give. Here the heading leans from the target towards the
 wanted motion as far as the camera still sees the target, and the wheels drive forward or backward
 along it at the wanted speed: a saw-tooth that creeps aside, as one parks a car.

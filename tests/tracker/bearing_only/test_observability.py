@@ -1,4 +1,4 @@
-"""The analytic gradients against finite differences, and what the seed's Eq. 36 lacks."""
+"""The analytic gradients against finite differences, and what the paper's Eq. 36 lacks."""
 
 import numpy as np
 import pytest
