@@ -116,7 +116,11 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("sweep demo --workers 0", "workers must be 1 or greater, got 0"),
         ("sweep", "Missing from beltgrasp sweep: PRESET Name of the preset"),
         ("swep demo", "Unrecognized options: swep, demo; Available subcommands: trial, sweep"),
-        ("", "Expected one of {trial, sweep, merge, report, compare, list, view, otb}."),
+        (
+            "",
+            "Expected one of {trial, sweep, merge, report, compare, list, view, otb, apple, "
+            "bearing-only}.",
+        ),
         ("report nowhere", "nowhere/trials.csv is missing or empty"),
         ("compare nowhere:igpf there", "nowhere/trials.csv is missing or empty"),
     ],
