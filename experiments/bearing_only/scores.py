@@ -105,7 +105,7 @@ def _measures(run: FlightRun, flown: Flown) -> dict[str, NDArray[np.float64]]:
 
 def _nees(error: NDArray[np.float64], covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """(flights,): median over the iterations of e^T P^-1 e; NaN where P is zero (an oracle)."""
-    missing: NDArray[np.float64] = np.full(error.shape[1], np.nan)
+    missing = np.nan * np.ones(error.shape[1])
     if not len(error):
         return missing
     is_known = np.linalg.det(covariance).min(axis=0) > 0.0
@@ -119,7 +119,7 @@ def _aside_speed(log: FlightLog, dt_s: float) -> NDArray[np.float64]:
     """(flights,): mean speed of the vehicle across the line of sight."""
     robot, target = log.array("robot_m"), log.array("target_m")
     if len(robot) < 2:
-        return np.full(robot.shape[1], np.nan, np.float64)
+        return np.nan * np.ones(robot.shape[1])
     velocity = np.diff(robot, axis=0) / dt_s
     sight = (target - robot)[:-1]
     sight = sight / np.linalg.norm(sight, axis=-1, keepdims=True)
