@@ -17,6 +17,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
+from matplotlib.ticker import MaxNLocator
 
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.folder import TRACES
@@ -131,7 +132,8 @@ def _draw_way(axis: Axes, flight: pd.DataFrame, who: str, colour: str) -> None:
 
 def _paths_3d(flights: dict[str, pd.DataFrame]) -> Figure:
     """[Wu2022] Fig. 12: the ways in space."""
-    figure = Figure(figsize=(PAGE_WIDTH_IN, 2.9), layout="constrained")
+    figure = Figure(figsize=(PAGE_WIDTH_IN, 2.5))
+    figure.subplots_adjust(left=0.0, right=0.97, bottom=0.06, top=0.92, wspace=0.12)
     for index, (name, flight) in enumerate(flights.items()):
         axis = figure.add_subplot(1, len(flights), index + 1, projection="3d")
         for who, colour in (("robot", ROBOT), ("target", TARGET)):
@@ -140,11 +142,13 @@ def _paths_3d(flights: dict[str, pd.DataFrame]) -> Figure:
             axis.plot(*way, color=colour, lw=1.0)
             if who == "robot":
                 axis.plot(*guess, "--", color="black", lw=0.6)
-        axis.set_title(name)
-        axis.tick_params(labelsize=6, pad=-2)
+        axis.set_title(f"{name}; height z upward [m]", y=0.97)
+        axis.tick_params(labelsize=6, pad=-3)
         for letter in "xyz":
-            getattr(axis, f"set_{letter}label")(f"{letter} [m]", labelpad=-4, fontsize=7)
-        axis.set_box_aspect((1.0, 1.0, 0.6), zoom=0.85)  # pyright: ignore[reportAttributeAccessIssue]
+            getattr(axis, f"{letter}axis").set_major_locator(MaxNLocator(4))
+        axis.set_xlabel("x [m]", labelpad=-8, fontsize=7)
+        axis.set_ylabel("y [m]", labelpad=-8, fontsize=7)
+        axis.set_box_aspect((1.0, 1.0, 0.7))
     return figure
 
 

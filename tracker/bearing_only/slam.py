@@ -8,7 +8,7 @@ section 3 takes; the quaternion there is an error state here, so that nothing ne
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -274,5 +274,6 @@ class MonocularSlam:
 
 def _solve_lower(L: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """L^-1 right for a lower triangular L."""
-    solve = cast(Any, scipy.linalg).solve_triangular
-    return np.asarray(solve(L, right, lower=True, check_finite=False), np.float64)
+    linalg: Any = scipy.linalg  # its functions are annotated in part
+    solved = linalg.solve_triangular(L, right, lower=True, check_finite=False)
+    return np.asarray(solved, np.float64)
