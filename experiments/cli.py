@@ -19,12 +19,11 @@ from tyro.conf import Positional, arg, subcommand
 from experiments.apple.cli import Apple
 from experiments.bearing_only.commands import BearingOnly
 from experiments.config import TrialConfig
+from experiments.exits import CRASH_EXIT, INTERRUPT_EXIT, USAGE_EXIT
 from experiments.otb.commands import Otb
-from experiments.sweep_commands import CRASH_EXIT, INTERRUPT_EXIT, Merge, Sweep
+from experiments.sweep_commands import Merge, Sweep
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
-
-_USAGE_EXIT = 2
 
 
 @dataclass(frozen=True)
@@ -73,9 +72,7 @@ class Report:
         """Exit code 0."""
         from experiments.report import write_report
 
-        report = write_report(self.folder)
-        print(report.text)
-        print("\n".join(f"written: {path}" for path in report.paths))
+        write_report(self.folder).show()
         return 0
 
 
@@ -168,7 +165,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except (ValueError, OSError, RuntimeError) as error:
         if not _is_the_users(error):
             raise
-        return _fail(str(error), _USAGE_EXIT)
+        return _fail(str(error), USAGE_EXIT)
 
 
 def _is_the_users(error: Exception) -> bool:
@@ -194,11 +191,11 @@ def _parse(arguments: Sequence[str]) -> Command | int:
                 config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
             )
     except ValueError as error:
-        return _fail(str(error), _USAGE_EXIT)
+        return _fail(str(error), USAGE_EXIT)
     except SystemExit as end:
         if not complaint.getvalue():
             return int(end.code or 0)
-        return _fail(_in_one_line(complaint.getvalue()), _USAGE_EXIT)
+        return _fail(_in_one_line(complaint.getvalue()), USAGE_EXIT)
 
 
 def _in_one_line(complaint: str) -> str:

@@ -13,14 +13,14 @@ import io
 import os
 import types
 import typing
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 from experiments.config import TrialConfig, TrialResult, TrialTimings
 
-Row = TypeVar("Row", TrialResult, TrialTimings)
+Row = TypeVar("Row")
 
 _DETAIL_LIMIT = 1000
 """Characters of an error's message in its row; Python reads no cell of more than 131 072."""
@@ -48,12 +48,12 @@ def csv_line(cells: Iterable[object]) -> str:
     return text.getvalue()
 
 
-def header_line(row_type: type[TrialResult] | type[TrialTimings]) -> str:
+def header_line(row_type: type[Any]) -> str:
     """The header: the names of the fields, in their order."""
     return csv_line(field.name for field in dataclasses.fields(row_type))
 
 
-def row_line(row: TrialResult | TrialTimings) -> str:
+def row_line(row: Any) -> str:
     """The row as the bytes that `append_line` writes."""
     return csv_line(getattr(row, field.name) for field in dataclasses.fields(row))
 
@@ -129,11 +129,22 @@ def keep_lines(path: Path, header: str, count: int) -> None:
         write_whole(path, header)
 
 
-def read_rows(path: Path, row_type: type[Row]) -> list[Row]:
-    """All complete rows, typed; raises ValueError where the columns are not this version's."""
+def read_rows(path: Path, row_type: type[Row], writer: str = "sweep") -> list[Row]:
+    """All complete rows, typed; raises ValueError where the columns are not this version's.
+
+    Args:
+        path: The CSV.
+        row_type: A dataclass of scalars.
+        writer: The command that writes such a file.
+    """
     lines = whole_lines(path)
     if not lines:
-        raise ValueError(f"{path} is missing or empty; `beltgrasp sweep` writes it")
+        raise ValueError(f"{path} is missing or empty; `beltgrasp {writer}` writes it")
+    return parse_rows(path, lines, row_type)
+
+
+def parse_rows(path: Path, lines: Sequence[str], row_type: type[Row]) -> list[Row]:
+    """The rows in the lines of a file, the first of which is the header; errors as `read_rows`."""
     if lines[0] != header_line(row_type):
         raise ValueError(f"{path}: {_header_difference(lines[0], row_type)}")
     parsers = _cell_parsers(row_type)
@@ -213,12 +224,12 @@ def _parser(hint: Any) -> Any:
     return hint
 
 
-def _header_difference(header: str, row_type: type[Row]) -> str:
+def _header_difference(header: str, row_type: type[Any]) -> str:
     found = next(csv.reader([header]))
     expected = [field.name for field in dataclasses.fields(row_type)]
     missing = ", ".join(name for name in expected if name not in found) or "none"
     unknown = ", ".join(name for name in found if name not in expected) or "none"
     return (
         "the columns are those of another version of beltgrasp "
-        f"(missing: {missing}; unknown: {unknown}); sweep into a new folder"
+        f"(missing: {missing}; unknown: {unknown}); use a new folder"
     )

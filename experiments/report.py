@@ -19,7 +19,7 @@ from experiments.tables import (
     success_table,
     tracking_table,
 )
-from experiments.typesetting import Table
+from experiments.typesetting import Table, write_tables
 
 _IN_TERMINAL = ("success", "half_speed", "verdicts", "conditions", "blame")
 """Tables that say in short what was found; the others are in the folder."""
@@ -31,6 +31,11 @@ class Report:
 
     text: str
     paths: tuple[Path, ...]
+
+    def show(self) -> None:
+        """Prints the tables, and the files."""
+        print(self.text)
+        print("\n".join(f"written: {path}" for path in self.paths))
 
 
 def write_report(folder: Path) -> Report:
@@ -47,9 +52,7 @@ def write_report(folder: Path) -> Report:
     from experiments.figures import write_figures
 
     tables = _tables(results, timings)
-    paths = [
-        path for name, table in tables.items() for path in table.write(folder / "tables", name)
-    ]
+    paths = write_tables(folder / "tables", tables)
     paths += write_figures(folder / "figures", results, curves)
     shown = [tables[name].to_text() for name in _IN_TERMINAL if name in tables]
     return Report("\n".join([*shown, *notes]), tuple(paths))

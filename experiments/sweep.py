@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import sys
 from collections import Counter
 from collections.abc import Generator
@@ -39,13 +38,6 @@ class SweepSummary:
     """Videos that were asked for and are there."""
     lost_video_count: int
     """Videos that could not be made."""
-
-
-def default_worker_count() -> int:
-    """One worker for each processor this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def run_sweep(

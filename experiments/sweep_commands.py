@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from experiments.otb.commands import split_names
+from experiments.arguments import seed_range, split_names, worker_count
+from experiments.exits import CRASH_EXIT, INTERRUPT_EXIT
 
 if TYPE_CHECKING:
     from experiments.processes import Workers
     from experiments.sweep import SweepSummary
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
-
-CRASH_EXIT, INTERRUPT_EXIT = 1, 130
 
 
 @dataclass(frozen=True)
@@ -52,8 +51,8 @@ class Sweep:
         from experiments.sweep import SweepInterrupted, run_sweep
 
         require_known("preset", self.preset, PRESETS)
-        if self.seeds is not None and self.seeds < 1:
-            raise ValueError(f"seeds must be 1 or greater, got {self.seeds}")
+        if self.seeds is not None:
+            seed_range(self.seeds)
         preset = PRESETS[self.preset].restricted(split_names(self.trackers), self.seeds)
         out = Path("out") / self.preset
         if self.shard is not None:
@@ -73,11 +72,9 @@ class Sweep:
 
     def _workers(self) -> contextlib.AbstractContextManager[Workers]:
         from experiments.processes import LocalWorkers
-        from experiments.sweep import default_worker_count
 
         if self.dask is None:
-            count = default_worker_count() if self.workers is None else self.workers
-            return contextlib.nullcontext(LocalWorkers(count))
+            return contextlib.nullcontext(LocalWorkers(worker_count(self.workers)))
         if self.workers is not None:
             raise ValueError("workers are those of the Dask scheduler; give --workers or --dask")
         from experiments.cluster import DaskWorkers

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -80,6 +80,11 @@ class Table:
     def _shown(self) -> list[list[str]]:
         head = [column.label for column in self.columns]
         return [head, *([column.show(row) for column in self.columns] for row in self.rows)]
+
+
+def write_tables(folder: Path, tables: Mapping[str, Table]) -> list[Path]:
+    """Writes every table in every format under its name; the paths."""
+    return [path for name, table in tables.items() for path in table.write(folder, name)]
 
 
 _NUMBER = re.compile(r"-|[<>]?\s*[+-]?\d.*")

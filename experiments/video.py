@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import cv2
-import imageio_ffmpeg
 import numpy as np
 
 from experiments.config import TrialConfig
+from experiments.movie import Movie, caption
 from sim.task import CONTROL_HZ
 from tracker.base import Status
 
@@ -26,34 +25,29 @@ _COLOURS = {
     Status.LOST: (230, 50, 50),
 }
 _PARTICLE = (60, 220, 255)
-_INK = (255, 255, 255)
 
 
 class VideoRecorder:
     """Writes one frame a thirtieth of a simulated second; does nothing without a path."""
 
     def __init__(self, path: Path | None, config: TrialConfig) -> None:
-        self._path = path
+        self._movie = Movie(path, FRAME_HZ)
         self._title = f"{config.tracker}  {config.speed_mps:g} m/s  seed {config.seed}"
-        self._writer: Generator[None, Any, None] | None = None
         self._steps = 0
 
     def __enter__(self) -> VideoRecorder:
+        self._movie.__enter__()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        if self._writer is not None:
-            self._writer.close()
+    def __exit__(self, *error: object) -> None:
+        self._movie.__exit__(*error)
 
     def add(self, loop: Loop) -> None:
         """Draws the state after a control step."""
         self._steps += 1
-        if self._path is None or self._steps % _EVERY:
+        if self._movie.path is None or self._steps % _EVERY:
             return
-        frame = np.hstack([camera_view(loop, self._title), cell_view(loop)])
-        if self._writer is None:
-            self._writer = _open_writer(self._path, frame)
-        self._writer.send(np.ascontiguousarray(frame))
+        self._movie.add(np.hstack([camera_view(loop, self._title), cell_view(loop)]))
 
 
 def camera_view(loop: Loop, title: str) -> np.ndarray:
@@ -65,7 +59,7 @@ def camera_view(loop: Loop, title: str) -> np.ndarray:
         _draw_points(image, seen.particles_px, _PARTICLE)
         _draw_outline(image, seen.corners_px, _COLOURS[seen.status])
     status = "" if seen is None else f"  {seen.status}"
-    _caption(image, title, f"{loop.time_s:5.2f} s  {loop.grasp.phase}{status}")
+    caption(image, title, f"{loop.time_s:5.2f} s  {loop.grasp.phase}{status}")
     return image
 
 
@@ -74,25 +68,10 @@ def cell_view(loop: Loop) -> np.ndarray:
     image = np.array(loop.render_studio())
     held_s = loop.record.held_s
     if loop.record.is_success:
-        _caption(image, "success: lifted and held")
+        caption(image, "success: lifted and held")
     elif held_s > 0.0:
-        _caption(image, f"held {held_s:.1f} s")
+        caption(image, f"held {held_s:.1f} s")
     return image
-
-
-def _open_writer(path: Path, frame: np.ndarray) -> Generator[None, Any, None]:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    height, width = frame.shape[:2]
-    writer: Any = cast(Any, imageio_ffmpeg).write_frames(
-        str(path),
-        (width, height),
-        fps=FRAME_HZ,
-        quality=6,
-        macro_block_size=2,
-        ffmpeg_log_level="error",
-    )
-    writer.send(None)
-    return writer
 
 
 def _draw_outline(image: np.ndarray, corners_px: np.ndarray, colour: tuple[int, int, int]) -> None:
@@ -109,15 +88,3 @@ def _draw_points(image: np.ndarray, points_px: np.ndarray, colour: tuple[int, in
     columns, rows = np.rint(np.clip(points_px[is_in], -1, 1e4)).astype(int).T
     is_in = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
     image[rows[is_in], columns[is_in]] = colour
-
-
-def _caption(image: np.ndarray, *lines: str) -> None:
-    """White text on a dark band at the top, in place."""
-    scale = image.shape[1] / 640.0
-    band = round(26 * scale * len(lines) + 10 * scale)
-    image[:band] = (image[:band] * 0.35).astype(np.uint8)
-    for number, line in enumerate(lines):
-        origin = round(12 * scale), round((24 + 26 * number) * scale)
-        cv2.putText(
-            image, line, origin, cv2.FONT_HERSHEY_SIMPLEX, 0.6 * scale, _INK, 1, cv2.LINE_AA
-        )

@@ -11,10 +11,11 @@ import cv2
 import numpy as np
 
 import sim  # noqa: F401
-from experiments.apple.film import caption, draw_view, true_pose
+from experiments.apple.film import draw_view, true_pose
 from experiments.apple.observer import SEGMENTED, sighting
 from experiments.apple.photographs import ArmPhotographer
 from experiments.apple.worlds import CLASSES, WorldId, draw_world
+from experiments.movie import caption
 from tracker.apple.attitude import axis_error_deg
 from tracker.apple.silhouette_fit import fit_silhouettes
 
@@ -34,7 +35,7 @@ def panel(fruit_class: str) -> np.ndarray:
     last = photographs[-1]
     image = draw_view(last.rgb, sightings[-1].view, fit, true_pose(last))
     error = float(axis_error_deg(fit.axis, world.fruit.axis))
-    caption(image, [f"{fruit_class}: axis {error:.1f} deg off after {IMAGES} images"])
+    caption(image, f"{fruit_class}: axis {error:.1f} deg off after {IMAGES} images")
     return image
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, TypeAlias
 from tyro.conf import Positional, arg, subcommand
 
 from experiments.apple.rendered_commands import Approach, Replay
+from experiments.arguments import seed_range
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
@@ -33,22 +34,21 @@ class Tables:
         from dataclasses import asdict
 
         from experiments.apple.estimates import estimate_rows, write_estimates
-        from experiments.apple.folder import open_manifest
         from experiments.apple.report import write_report
         from experiments.results_folder import exclusive
+        from experiments.study_folder import claim
         from tracker.apple.filters import PointFilterConfig
 
         config = PointFilterConfig(
             self.measurement_sigma_cm, self.walk_sigma_cm, self.particle_count
         )
-        if self.seeds < 1:
-            raise ValueError(f"seeds must be 1 or greater, got {self.seeds}")
+        seeds = len(seed_range(self.seeds))
         with exclusive(self.out):
-            open_manifest(self.out, "tables", {"seeds": self.seeds, **asdict(config)}, 1)
-            path = write_estimates(self.out, estimate_rows(config, self.seeds))
+            claim(self.out, "apple", "tables", 1, {"seeds": seeds, **asdict(config)})
+            path = write_estimates(self.out, estimate_rows(config, seeds))
             report = write_report(self.out)
-        print(report.text)
-        print("\n".join(f"written: {written}" for written in (path, *report.paths)))
+        report.show()
+        print(f"rows: {path}")
         return 0
 
 
@@ -63,9 +63,7 @@ class Report:
         """Exit code 0."""
         from experiments.apple.report import write_report
 
-        report = write_report(self.folder)
-        print(report.text)
-        print("\n".join(f"written: {path}" for path in report.paths))
+        write_report(self.folder).show()
         return 0
 
 

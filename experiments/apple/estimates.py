@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from experiments.apple.published import TABLES, PublishedTable, published_table
-from experiments.records import csv_line, write_whole
+from experiments.records import header_line, read_rows, row_line, write_whole
 from experiments.seeding import Stream, generator
 from tracker.apple.filters import PointFilterConfig, kalman_estimates, particle_estimates
 
@@ -63,10 +61,8 @@ def _rows(
 
 def write_estimates(folder: Path, rows: Iterator[EstimateRow]) -> Path:
     """Writes all rows in one step."""
-    names = [field.name for field in fields(EstimateRow)]
-    lines = [csv_line(names), *(csv_line(getattr(row, n) for n in names) for row in rows)]
     path = folder / ESTIMATES
-    write_whole(path, "".join(lines))
+    write_whole(path, header_line(EstimateRow) + "".join(map(row_line, rows)))
     return path
 
 
@@ -87,24 +83,17 @@ class Estimates:
 def read_estimates(folder: Path) -> Estimates:
     """The rows in `folder`; ValueError where they are missing or of other columns."""
     path = folder / ESTIMATES
-    if not path.exists():
-        raise ValueError(f"{path} is missing; `beltgrasp apple tables` writes it")
-    names = [field.name for field in fields(EstimateRow)]
-    with path.open(encoding="utf-8", newline="") as file:
-        reader = csv.DictReader(file)
-        if reader.fieldnames != names:
-            raise ValueError(f"{path}: the header must be {','.join(names)}")
-        rows = list(reader)
+    rows = read_rows(path, EstimateRow, "apple tables")
     angles: dict[tuple[int, str], np.ndarray] = {}
     lengths: dict[tuple[int, str], np.ndarray] = {}
     for number in TABLES:
         image_count = len(published_table(number).robot_deg)
         for name in FILTERS:
-            chosen = [r for r in rows if r["table"] == str(number) and r["filter"] == name]
+            chosen = [r for r in rows if (r.table, r.filter) == (number, name)]
             shape = (len(chosen) // image_count, image_count)
             if not chosen or shape[0] * image_count != len(chosen):
                 raise ValueError(f"{path} does not hold every image of {name}, table {number}")
-            cells: list[list[Any]] = [[r["x_deg"], r["y_deg"], r["z_deg"]] for r in chosen]
-            angles[number, name] = np.array(cells, float).reshape(*shape, 3)
-            lengths[number, name] = np.array([r["length"] for r in chosen], float).reshape(shape)
+            cells = np.array([[r.x_deg, r.y_deg, r.z_deg] for r in chosen])
+            angles[number, name] = cells.reshape(*shape, 3)
+            lengths[number, name] = np.array([r.length for r in chosen]).reshape(shape)
     return Estimates(angles, lengths)

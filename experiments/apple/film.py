@@ -7,12 +7,9 @@ that of each image's own segmentation, the axis that of the fit to the views so 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
 
 import cv2
-import imageio_ffmpeg
 import numpy as np
 
 from experiments.apple.approach import ApproachJob
@@ -20,6 +17,7 @@ from experiments.apple.observer import SEGMENTED, sighting
 from experiments.apple.photographs import ArmPhotographer, Photograph
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import World, draw_world
+from experiments.movie import Movie, caption
 from sim.orchard.eye_in_hand import camera_pose
 from sim.orchard.world import HAND_CAMERA, STUDIO, Orchard, intrinsics
 from tracker.apple.attitude import axis_error_deg, tangent_basis
@@ -36,43 +34,34 @@ _HOLD = 10
 _OUTLINE, _CONTOUR, _AXIS, _CALYX = (70, 220, 255), (255, 240, 60), (255, 255, 255), (255, 80, 220)
 _SURE, _UNSURE = (90, 230, 110), (255, 150, 50)
 _SURE_DEG = 3.0
-_INK = (255, 255, 255)
 
 
 def film_approach(job: ApproachJob, path: Path) -> None:
     """Writes an MP4 of one world."""
     world = draw_world(job.world)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with world.build() as orchard:
-        film = _Film(orchard, world, job, path)
-        try:
-            photographer = ArmPhotographer(orchard, job.world.seed)
-            photographer.on_move = film.moved
+    with world.build() as orchard, Movie(path, _FPS) as movie:
+        film = _Film(orchard, world, job, movie)
+        photographer = ArmPhotographer(orchard, job.world.seed)
+        photographer.on_move = film.moved
 
-            def take(T_world_camera: np.ndarray) -> Photograph | None:
-                photograph = photographer(T_world_camera)
-                if photograph is not None:
-                    film.seen(photograph)
-                return photograph
+        def take(T_world_camera: np.ndarray) -> Photograph | None:
+            photograph = photographer(T_world_camera)
+            if photograph is not None:
+                film.seen(photograph)
+            return photograph
 
-            VIEWS[job.views].take(world.approach, take, job.world.seed)
-        finally:
-            film.close()
+        VIEWS[job.views].take(world.approach, take, job.world.seed)
 
 
 class _Film:
     """Draws and writes the images."""
 
-    def __init__(self, orchard: Orchard, world: World, job: ApproachJob, path: Path) -> None:
-        self._orchard, self._world = orchard, world
+    def __init__(self, orchard: Orchard, world: World, job: ApproachJob, movie: Movie) -> None:
+        self._orchard, self._world, self._movie = orchard, world, movie
         self._title = f"{job.world.fruit_class}, aspect {job.world.aspect:g}, {job.views}"
         self._sightings: list[Sighting] = []
         self._fit: SilhouetteFit | None = None
         self._steps = 0
-        self._writer: Any = cast(Any, imageio_ffmpeg).write_frames(
-            str(path), (1280, 480), fps=_FPS, quality=7, ffmpeg_log_level="error"
-        )
-        self._writer.send(None)
 
     def moved(self, q_rad: np.ndarray) -> None:
         """The arm is on its way."""
@@ -91,10 +80,6 @@ class _Film:
         for _ in range(_HOLD):
             self._write(photograph.rgb, self._sightings[-1].view, true_pose(photograph))
 
-    def close(self) -> None:
-        """Ends the file."""
-        self._writer.close()
-
     def _write(self, image: np.ndarray, view: FruitView, pose: CameraPose) -> None:
         lines = [f"{self._title}   view {len(self._sightings)}   {view.status}"]
         if self._fit is not None:
@@ -102,9 +87,9 @@ class _Film:
             told = f"axis within {self._fit.axis_sigma_deg:.1f} deg by its own account"
             lines.append(f"{told}, {error:.1f} deg off in truth")
         drawn = draw_view(image, view, self._fit, pose)
-        caption(drawn, lines)
+        caption(drawn, *lines)
         studio = np.array(self._orchard.render(STUDIO, shadows=True))
-        self._writer.send(np.ascontiguousarray(np.hstack([drawn, studio])))
+        self._movie.add(np.hstack([drawn, studio]))
 
 
 def true_pose(photograph: Photograph) -> CameraPose:
@@ -147,15 +132,6 @@ def _draw_axis(image: np.ndarray, fit: SilhouetteFit, pose: CameraPose) -> None:
     cv2.polylines(image, [outline], True, colour, 2, cv2.LINE_AA, shift=4)
     calyx, tip = _project(np.stack([fruit.calyx_m, fruit.centre_m + reach_m * fruit.axis]), pose)
     cv2.arrowedLine(image, _pixel(calyx), _pixel(tip), _AXIS, 2, cv2.LINE_AA, 4, 0.12)
-
-
-def caption(image: np.ndarray, lines: Sequence[str]) -> None:
-    """White text on a dark band at the top, in place."""
-    band = 10 + 22 * len(lines)
-    image[:band] = (image[:band] * 0.35).astype(np.uint8)
-    for number, line in enumerate(lines):
-        place = 10, 21 + 22 * number
-        cv2.putText(image, line, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, _INK, 1, cv2.LINE_AA)
 
 
 def _project(points_m: np.ndarray, pose: CameraPose) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import arg
 
-from experiments.otb.commands import split_names
+from experiments.arguments import seed_range, split_names, worker_count
+from experiments.exits import CRASH_EXIT, tell_interrupted
 
 if TYPE_CHECKING:
     from experiments.apple.row_file import RowFile
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
 _ASPECTS = (0.85, 0.92, 0.95)
-_INTERRUPT_EXIT = 130
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Replay:
             ReplayJob(table, aspect, seed)
             for table in self.tables
             for aspect in self.aspects
-            for seed in _seeds(self.first_seed, self.seeds)
+            for seed in seed_range(self.seeds, self.first_seed)
         ]
         study = Study("replay", _settings(), replay_rows, lambda job: job.key)
         return _run(study, jobs, replay_file(self.out), replay_order, self.workers)
@@ -96,7 +95,7 @@ class Approach:
             ApproachJob(WorldId(fruit_class, aspect, seed), views)
             for fruit_class in split_names(self.classes)
             for aspect in self.aspects
-            for seed in _seeds(self.first_seed, self.seeds)
+            for seed in seed_range(self.seeds, self.first_seed)
             for views in split_names(self.views)
         ]
         if not jobs:
@@ -111,14 +110,6 @@ class Approach:
             raise ValueError("--out DIR or --video FILE must be given")
         study = Study("approach", _settings(), approach_rows, lambda job: job.key)
         return _run(study, jobs, approach_file(self.out), approach_order, self.workers)
-
-
-def _seeds(first: int, count: int) -> range:
-    if count < 1:
-        raise ValueError(f"seeds must be 1 or greater, got {count}")
-    if first < 0:
-        raise ValueError(f"first-seed must be 0 or greater, got {first}")
-    return range(first, first + count)
 
 
 def _settings() -> dict[str, Any]:
@@ -140,23 +131,16 @@ def _run(
 ) -> int:
     from experiments.apple.report import write_report
     from experiments.apple.study import run_study
+    from experiments.processes import LocalWorkers
     from experiments.rendering import gl_renderer
-    from experiments.sweep import default_worker_count
 
     gl_renderer()
     folder = rows.path.parent
     try:
-        count = default_worker_count() if workers is None else workers
-        failures = run_study(study, jobs, rows, order, count)
+        failures = run_study(study, jobs, rows, order, LocalWorkers(worker_count(workers)))
     except KeyboardInterrupt:
-        print(
-            f"beltgrasp: stopped; what is finished is kept in {folder}, "
-            "and the same command resumes",
-            file=sys.stderr,
-        )
-        return _INTERRUPT_EXIT
+        return tell_interrupted(folder)
     if rows.path.exists():
-        report = write_report(folder)
-        print(report.text)
-        print("\n".join(f"written: {path}" for path in (rows.path, *report.paths)))
-    return 1 if failures else 0
+        write_report(folder).show()
+        print(f"rows: {rows.path}")
+    return CRASH_EXIT if failures else 0

@@ -6,17 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 from experiments.apple.estimates import read_estimates
-from experiments.apple.folder import study_of
 from experiments.apple.tables import all_tables
 from experiments.report import Report
-from experiments.typesetting import Table
+from experiments.study_folder import study_of
+from experiments.typesetting import Table, write_tables
 
 _SHOWN = ("agreement", "table1", "table2", "errors", "folding")
 
 
 def write_report(folder: Path) -> Report:
     """Writes `tables/` and `figures/` into the results folder of a command of `beltgrasp apple`."""
-    study = study_of(folder)
+    study = study_of(folder, "apple", "apple")
     if study not in _REPORTS:
         raise ValueError(f"{folder} holds results of {study!r}, none of {', '.join(_REPORTS)}")
     return _REPORTS[study](folder)
@@ -27,9 +27,7 @@ def _tables_report(folder: Path) -> Report:
 
     estimates = read_estimates(folder)
     tables = all_tables(estimates)
-    paths = [
-        path for name, table in tables.items() for path in table.write(folder / "tables", name)
-    ]
+    paths = write_tables(folder / "tables", tables)
     paths += write_figures(folder / "figures", estimates)
     return Report("\n".join(tables[name].to_text() for name in _SHOWN), tuple(paths))
 
@@ -54,9 +52,7 @@ def _approach_report(folder: Path) -> Report:
 
 
 def _written(folder: Path, tables: dict[str, Table], figures: list[Path]) -> Report:
-    paths = [
-        path for name, table in tables.items() for path in table.write(folder / "tables", name)
-    ]
+    paths = write_tables(folder / "tables", tables)
     return Report("\n".join(table.to_text() for table in tables.values()), (*paths, *figures))
 
 

@@ -12,11 +12,11 @@ from typing import Any, Generic, TypeVar
 
 from tqdm import tqdm
 
-from experiments.apple.folder import open_manifest
 from experiments.apple.row_file import RowFile
-from experiments.processes import Lost, run_all
+from experiments.processes import Lost, Workers
 from experiments.progress import progress_bar
 from experiments.results_folder import exclusive
+from experiments.study_folder import claim
 
 Job = TypeVar("Job")
 Row = TypeVar("Row")
@@ -64,7 +64,7 @@ def run_study(
     jobs: Sequence[Job],
     rows: RowFile[Row],
     order: Callable[[tuple[object, ...]], Any],
-    workers: int,
+    workers: Workers,
 ) -> int:
     """Runs the worlds that the file lacks; returns how many failed.
 
@@ -73,13 +73,11 @@ def run_study(
         jobs: Its worlds; those of earlier calls with other worlds stay in the file.
         rows: Where the rows go.
         order: Sorts the keys of all worlds in the file.
-        workers: Number of processes; the file does not depend on it.
+        workers: Who works on them; the file does not depend on it.
     """
-    if workers < 1:
-        raise ValueError(f"workers must be 1 or greater, got {workers}")
     folder: Path = rows.path.parent
     with exclusive(folder):
-        open_manifest(folder, study.name, study.settings, workers)
+        claim(folder, "apple", study.name, workers.count, study.settings)
         done = rows.resume()
         missing = [job for job in jobs if study.key(job) not in done]
         failures = _run(study, missing, rows, workers, len(jobs))
@@ -89,10 +87,10 @@ def run_study(
 
 
 def _run(
-    study: Study[Job, Row], missing: Sequence[Job], rows: RowFile[Row], workers: int, total: int
+    study: Study[Job, Row], missing: Sequence[Job], rows: RowFile[Row], workers: Workers, total: int
 ) -> int:
     failures = 0
-    answers = run_all(Attempt(study.work), missing, workers)
+    answers = workers.run_all(Attempt(study.work), missing)
     with (
         contextlib.closing(answers),
         progress_bar(study.name, "world", total, total - len(missing)) as bar,

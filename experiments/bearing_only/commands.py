@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from tyro.conf import Positional, arg, subcommand
 
-from experiments.otb.commands import split_names
+from experiments.arguments import seed_range, split_names, worker_count
+from experiments.exits import CRASH_EXIT, tell_interrupted
 
 if TYPE_CHECKING:
     from experiments.bearing_only.config import FlightRun
@@ -48,33 +48,25 @@ class _Study:
     def run(self) -> int:
         """Exit code 0, or 1 if a flight broke off."""
         from experiments.bearing_only.run import run_flights
-        from experiments.processes import limit_threads
-        from experiments.sweep import default_worker_count
+        from experiments.processes import LocalWorkers, limit_threads
 
         limit_threads()
-        runs = self._runs()
-        workers = default_worker_count() if self.workers is None else self.workers
+        runs, workers = self._runs(), LocalWorkers(worker_count(self.workers))
         try:
             done, failures = run_flights(runs, self.out, workers)
             videos = self._film(runs) if self.video else []
         except KeyboardInterrupt:
-            print(
-                f"beltgrasp: stopped; what is finished is kept in {self.out}, "
-                "and the same command resumes",
-                file=sys.stderr,
-            )
-            return 130
+            return tell_interrupted(self.out)
         print(f"{done} flights: {self.out / 'runs.csv'}")
         print("".join(f"video: {path}\n" for path in videos), end="")
         print(f"tables and figures: beltgrasp bearing-only report {self.out}")
-        return 1 if failures else 0
+        return CRASH_EXIT if failures else 0
 
     def _runs(self) -> list[FlightRun]:
         from experiments.bearing_only.config import PIXELS
         from experiments.bearing_only.studies import STUDIES
 
-        if self.seeds < 1:
-            raise ValueError(f"seeds must be 1 or greater, got {self.seeds}")
+        seeds = seed_range(self.seeds, self.first_seed)
         name = type(self).__name__.lower() + (PIXELS if self.pixels else "")
         if name not in STUDIES:
             known = [n.removesuffix(PIXELS) for n in STUDIES if n.endswith(PIXELS)]
@@ -91,7 +83,6 @@ class _Study:
             "iteration_count": self.iterations,
         }
         given = {name: value for name, value in given.items() if value is not None}
-        seeds = range(self.first_seed, self.first_seed + self.seeds)
         runs = study.runs(seeds, split_names(self.controllers))
         replaced = [dataclasses.replace(run, **given) for run in runs]
         return list(dict.fromkeys(replaced))
@@ -137,9 +128,7 @@ class Report:
         """Exit code 0."""
         from experiments.bearing_only.report import write_report
 
-        report = write_report(self.folder)
-        print(report.text)
-        print("\n".join(f"written: {path}" for path in report.paths))
+        write_report(self.folder).show()
         return 0
 
 

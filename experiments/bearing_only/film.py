@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, cast
 
-import imageio_ffmpeg
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -17,6 +15,7 @@ from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.flying import FlightLog, fly
 from experiments.bearing_only.studies import world_of
 from experiments.figure_style import figure_style
+from experiments.movie import Movie
 
 FRAME_HZ = 20
 EVERY = 2
@@ -29,26 +28,16 @@ _TAIL = 60
 def film(run: FlightRun, folder: Path) -> Path:
     """Flies the run again and writes CONTROLLER_seedN.mp4; the path."""
     log = fly([run]).log
-    folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{run.study}_{run.controller}_seed{run.seed}.mp4"
-    writer: Any = None
-    with figure_style():
+    with figure_style(), Movie(path, FRAME_HZ) as movie:
         figure = Figure(figsize=(9.6, 5.4), dpi=100)
         canvas = FigureCanvasAgg(figure)
         for k in range(0, len(log.is_seen), EVERY):
             _draw(figure, run, log, k)
             canvas.draw()
-            frame = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
-            if writer is None:
-                size = (frame.shape[1], frame.shape[0])
-                writer = cast(Any, imageio_ffmpeg).write_frames(
-                    str(path), size, fps=FRAME_HZ, macro_block_size=2, ffmpeg_log_level="error"
-                )
-                writer.send(None)
-            writer.send(frame)
-    if writer is None:
+            movie.add(np.asarray(canvas.buffer_rgba())[..., :3])
+    if movie.is_empty:
         raise ValueError(f"there is nothing to film: {run.controller} never saw the target")
-    writer.close()
     return path
 
 

@@ -11,18 +11,20 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
 
-from experiments import manifest, records
+from experiments import records
 from experiments.bearing_only.config import FlightResult, FlightTimings
 from experiments.bearing_only.controllers import CONTROLLERS
 from experiments.bearing_only.traces import CURVE_HEADER
 from experiments.manifest import OTHER_FOLDER
 from experiments.members import append_member, keep_members, read_members, write_members
+from experiments.study_folder import claim
 
+KIND = "bearing_only_study"
+"""Entry of the manifest that names the study."""
 RUNS, TIMINGS, CURVES, TRACES = "runs.csv", "timings.csv", "curves.csv.gz", "traces"
-RUNS_HEADER = records.csv_line(field.name for field in fields(FlightResult))
-TIMINGS_HEADER = records.csv_line(field.name for field in fields(FlightTimings))
+RUNS_HEADER = records.header_line(FlightResult)
+TIMINGS_HEADER = records.header_line(FlightTimings)
 
 
 @dataclass(frozen=True)
@@ -38,24 +40,9 @@ class Left:
     """File names and contents of a flight that is kept whole."""
 
 
-def line_of(row: FlightResult | FlightTimings) -> str:
-    """The row as one line of CSV."""
-    return records.csv_line(getattr(row, field.name) for field in fields(row))
-
-
 def open_folder(out: Path, study: str, workers: int) -> set[str]:
     """Claims a folder for a study or goes on with it; the ids of the flights that are done."""
-    content: dict[str, Any] = manifest.read_manifest(out) or {}
-    if not content:
-        if (out / RUNS).exists():
-            raise ValueError(f"{out} holds a {RUNS} without its manifest.json; {OTHER_FOLDER}")
-        content = {"bearing_only_study": study, "sessions": []}
-    if content.get("bearing_only_study") != study:
-        found = content.get("bearing_only_study", "another command")
-        raise ValueError(f"{out} holds results of {found}, not of {study}; {OTHER_FOLDER}")
-    content["sessions"].append(manifest.session(workers))
-    manifest.write_manifest(out, content)
-    manifest.warn_of_mixed_code(out)
+    claim(out, KIND, study, workers)
     for name, header in ((RUNS, RUNS_HEADER), (TIMINGS, TIMINGS_HEADER)):
         lines = records.whole_lines(out / name, cut=True)
         if not lines:
@@ -108,6 +95,6 @@ def _place(line: str) -> tuple[object, ...]:
     )
 
 
-def read_results(out: Path) -> list[dict[str, str]]:
-    """The rows of a folder as text by column."""
-    return list(csv.DictReader(records.whole_lines(out / RUNS)))
+def read_results(out: Path) -> list[FlightResult]:
+    """The rows of a folder."""
+    return records.read_rows(out / RUNS, FlightResult)

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator
 from pathlib import Path
-from typing import Any, cast
 
 import cv2
-import imageio_ffmpeg
 import numpy as np
 from numpy.typing import NDArray
 
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.flying import Instant, fly
 from experiments.bearing_only.image_senses import ImageSenses
+from experiments.bearing_only.studies import world_of
 from experiments.bearing_only.top_view import Colour, TopView
+from experiments.movie import INK, Movie, caption
 from tracker.bearing_only.camshift import SightingStatus
 from tracker.bearing_only.eye import Glimpse
 
@@ -27,7 +26,6 @@ _WINDOW: dict[SightingStatus, Colour] = {
     "cut": (255, 140, 30),
     "lost": (230, 50, 50),
 }
-_INK: Colour = (255, 255, 255)
 
 
 class ImageFilm:
@@ -61,7 +59,7 @@ class ImageFilm:
         _draw_target(image, senses.glimpse)
         seconds = self._iteration * instant.flight.config.dt_s
         features = len(senses.glimpse.features.ids)
-        _caption(
+        caption(
             image,
             f"{self._run.controller}  seed {self._run.seed}  {seconds:5.2f} s   target "
             f"{senses.glimpse.sighting.status}, {features} landmarks",
@@ -92,35 +90,10 @@ def colour_of(name: int) -> Colour:
 def film(run: FlightRun, folder: Path) -> Path:
     """Flies the run once more and writes its film, an MP4; returns the path."""
     path = folder / f"{run.study}_{run.controller}_seed{run.seed}.mp4"
-    folder.mkdir(parents=True, exist_ok=True)
-    making, writers = ImageFilm(run), list[Generator[None, Any, None]]()
-
-    def watch(instant: Instant) -> None:
-        picture = making.picture(instant)
-        if not writers:
-            writers.append(_open(path, picture, round(1.0 / instant.flight.config.dt_s)))
-        writers[0].send(np.ascontiguousarray(picture))
-
-    try:
-        fly([run], watch)
-    finally:
-        for writer in writers:
-            writer.close()
+    making = ImageFilm(run)
+    with Movie(path, round(1.0 / world_of(run).dt_s)) as movie:
+        fly([run], lambda instant: movie.add(making.picture(instant)))
     return path
-
-
-def _open(path: Path, picture: NDArray[np.uint8], rate_hz: int) -> Generator[None, Any, None]:
-    height, width = picture.shape[:2]
-    writer: Any = cast(Any, imageio_ffmpeg).write_frames(
-        str(path),
-        (width, height),
-        fps=rate_hz,
-        quality=6,
-        macro_block_size=2,
-        ffmpeg_log_level="error",
-    )
-    writer.send(None)
-    return writer
 
 
 def _draw_target(image: NDArray[np.uint8], glimpse: Glimpse) -> None:
@@ -133,11 +106,5 @@ def _draw_target(image: NDArray[np.uint8], glimpse: Glimpse) -> None:
     corner = left - 3, top - 3
     cv2.rectangle(image, corner, (left + width + 2, top + height + 2), colour, 2, cv2.LINE_AA)
     x, y = np.rint(16.0 * (sighting.centre_px - 0.5)).astype(int).tolist()
-    cv2.line(image, (x - 96, y), (x + 96, y), _INK, 1, cv2.LINE_AA, 4)
-    cv2.line(image, (x, y - 96), (x, y + 96), _INK, 1, cv2.LINE_AA, 4)
-
-
-def _caption(image: NDArray[np.uint8], line: str) -> None:
-    """White text on a dark band at the top, in place."""
-    image[:34] = (image[:34] * 0.3).astype(np.uint8)
-    cv2.putText(image, line, (12, 23), cv2.FONT_HERSHEY_SIMPLEX, 0.55, _INK, 1, cv2.LINE_AA)
+    cv2.line(image, (x - 96, y), (x + 96, y), INK, 1, cv2.LINE_AA, 4)
+    cv2.line(image, (x, y - 96), (x, y + 96), INK, 1, cv2.LINE_AA, 4)

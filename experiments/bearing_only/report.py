@@ -9,17 +9,17 @@ from pathlib import Path
 
 import pandas as pd
 
-from experiments import manifest
-from experiments.bearing_only.folder import CURVES, RUNS, TIMINGS
+from experiments.bearing_only.folder import CURVES, KIND, RUNS, TIMINGS
 from experiments.bearing_only.tables import behaviour_table, cost_table, error_table, ratio_table
 from experiments.bearing_only.traces import read_curves
 from experiments.report import Report
+from experiments.study_folder import study_of
+from experiments.typesetting import write_tables
 
 
 def write_report(folder: Path) -> Report:
     """Writes `tables/` and `figures/` into a results folder of `beltgrasp bearing-only`."""
-    if "bearing_only_study" not in (manifest.read_manifest(folder) or {}):
-        raise ValueError(f"{folder} holds no results of `beltgrasp bearing-only`")
+    study_of(folder, KIND, "bearing-only")
     runs = pd.read_csv(folder / RUNS, keep_default_na=False, na_values=[""])
     if runs.empty:
         raise ValueError(f"{folder / RUNS} holds no finished flight yet")
@@ -33,8 +33,6 @@ def write_report(folder: Path) -> Report:
         "costs": cost_table(runs, timings),
     }
     tables = {name: table for name, table in made.items() if table is not None}
-    paths = [
-        path for name, table in tables.items() for path in table.write(folder / "tables", name)
-    ]
+    paths = write_tables(folder / "tables", tables)
     paths += write_figures(folder / "figures", folder, runs, read_curves(folder / CURVES))
     return Report("\n".join(table.to_text() for table in tables.values()), tuple(paths))

@@ -18,11 +18,12 @@ from experiments.bearing_only import folder
 from experiments.bearing_only.config import FlightRun, FlightTimings
 from experiments.bearing_only.controllers import ORACLES, get_controller
 from experiments.bearing_only.flying import fly
-from experiments.bearing_only.folder import Left, line_of
+from experiments.bearing_only.folder import Left
 from experiments.bearing_only.scores import failed_result, results_of
 from experiments.bearing_only.traces import curve_of, is_traced, map_of, trace_name, trace_of
-from experiments.processes import Lost, run_all
+from experiments.processes import Lost, Workers
 from experiments.progress import progress_bar
+from experiments.records import row_line
 from experiments.results_folder import exclusive
 
 
@@ -54,8 +55,8 @@ class FlightJob:
         n = len(task.runs)
         return [
             Left(
-                line_of(failed_result(run, "error", detail, self.commit)),
-                line_of(FlightTimings(run.run_id, run.controller, None, None, n, wall_s)),
+                row_line(failed_result(run, "error", detail, self.commit)),
+                row_line(FlightTimings(run.run_id, run.controller, None, None, n, wall_s)),
                 "",
                 crash,
             )
@@ -83,21 +84,19 @@ class FlightJob:
                 if (landmarks := map_of(flown)) is not None:
                     traces.append((f"{trace_name(run)}_map.csv", landmarks))
             curve = curve_of(run, flown.log, index)
-            left.append(Left(line_of(result), line_of(timings), curve, crash, tuple(traces)))
+            left.append(Left(row_line(result), row_line(timings), curve, crash, tuple(traces)))
         return left
 
 
-def run_flights(runs: Sequence[FlightRun], out: Path, workers: int) -> tuple[int, int]:
+def run_flights(runs: Sequence[FlightRun], out: Path, workers: Workers) -> tuple[int, int]:
     """Flies what `out` lacks of the runs, which are of one study.
 
     Returns: how many of the runs have their row now, and how many of these broke off.
     """
-    if workers < 1:
-        raise ValueError(f"workers must be 1 or greater, got {workers}")
     if not runs:
         raise ValueError("there is nothing to fly: no controller or no seed")
     with exclusive(out):
-        done = folder.open_folder(out, runs[0].study, workers)
+        done = folder.open_folder(out, runs[0].study, workers.count)
         missing = [run for run in runs if run.run_id not in done]
         try:
             _run_missing(missing, out, workers, len(runs))
@@ -106,16 +105,17 @@ def run_flights(runs: Sequence[FlightRun], out: Path, workers: int) -> tuple[int
     return _count(runs, out)
 
 
-def _run_missing(missing: Sequence[FlightRun], out: Path, workers: int, total: int) -> None:
+def _run_missing(missing: Sequence[FlightRun], out: Path, workers: Workers, total: int) -> None:
     tasks = list(_tasks(missing))
     already = f", {total - len(missing)} of them done" if len(missing) < total else ""
+    count = workers.count
     print(
-        f"bearing-only: {total} flights{already}; {workers} worker{'s' * (workers > 1)}",
+        f"bearing-only: {total} flights{already}; {count} worker{'s' * (count > 1)}",
         file=sys.stderr,
         flush=True,
     )
     job = FlightJob(str(manifest.code_version()))
-    answers = run_all(job, tasks, workers)
+    answers = workers.run_all(job, tasks)
     done = total - len(missing)
     with contextlib.closing(answers), progress_bar("flights", "flight", total, done) as bar:
         for answer in answers:
@@ -143,5 +143,5 @@ def _tasks(runs: Sequence[FlightRun]) -> Iterator[Task]:
 
 def _count(runs: Sequence[FlightRun], out: Path) -> tuple[int, int]:
     ids = {run.run_id for run in runs}
-    rows = [row for row in folder.read_results(out) if row["run_id"] in ids]
-    return len(rows), sum(row["outcome"] == "error" for row in rows)
+    rows = [row for row in folder.read_results(out) if row.run_id in ids]
+    return len(rows), sum(row.outcome == "error" for row in rows)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
 from tyro.conf import Positional, arg, subcommand
+
+from experiments.arguments import split_names, worker_count
+from experiments.exits import CRASH_EXIT, tell_interrupted
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
@@ -30,10 +31,9 @@ class Make:
         """Exit code 0."""
         from experiments.otb.make import make_benchmark
         from experiments.rendering import gl_renderer
-        from experiments.sweep import default_worker_count
 
         gl_renderer()
-        workers = default_worker_count() if self.workers is None else self.workers
+        workers = worker_count(self.workers)
         names = make_benchmark(self.out, split_names(self.only), self.seed, workers)
         print(f"{len(names)} sequence{'s' if len(names) > 1 else ''}: {self.out}")
         return 0
@@ -64,7 +64,6 @@ class Run:
         """Exit code 0, or 1 if anything went wrong: a sequence, a name, a tracker."""
         from experiments.otb.run import OtbRun, run_otb
         from experiments.otb.selection import read_list
-        from experiments.sweep import default_worker_count
 
         wanted = [(word, "--only") for word in split_names(self.only)]
         wanted += [] if self.list is None else read_list(self.list)
@@ -75,20 +74,14 @@ class Run:
             seed_count=self.seeds,
             wanted=tuple(wanted),
         )
-        workers = default_worker_count() if self.workers is None else self.workers
         try:
-            done, failures = run_otb(request, self.out, workers)
+            done, failures = run_otb(request, self.out, worker_count(self.workers))
         except KeyboardInterrupt:
-            print(
-                f"beltgrasp: stopped; what is finished is kept in {self.out}, "
-                "and the same command resumes",
-                file=sys.stderr,
-            )
-            return 130
+            return tell_interrupted(self.out)
         print(f"{done} files of boxes: {self.out / 'boxes'}")
         if done:
             print(f"tables and figures: beltgrasp otb report {self.out}")
-        return 1 if failures else 0
+        return CRASH_EXIT if failures else 0
 
 
 @dataclass(frozen=True)
@@ -106,9 +99,7 @@ class Report:
         """Exit code 0."""
         from experiments.otb.report import write_report
 
-        report = write_report(self.folder, self.root, self.pictures)
-        print(report.text)
-        print("\n".join(f"written: {path}" for path in report.paths))
+        write_report(self.folder, self.root, self.pictures).show()
         return 0
 
 
@@ -128,10 +119,3 @@ class Otb:
     def run(self) -> int:
         """Exit code of the command."""
         return self.command.run()
-
-
-def split_names(values: Iterable[str]) -> tuple[str, ...]:
-    """The words in the values, each once; commas are as good as spaces."""
-    return tuple(
-        dict.fromkeys(word for value in values for word in value.replace(",", " ").split())
-    )

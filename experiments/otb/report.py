@@ -7,7 +7,7 @@ from pathlib import Path
 from experiments.otb.results import OtbResults, read_results
 from experiments.otb.tables import affine_table, attribute_table, score_table, sequence_table
 from experiments.report import Report
-from experiments.typesetting import Table
+from experiments.typesetting import Table, write_tables
 
 
 def write_report(folder: Path, root: Path | None = None, pictures: bool = False) -> Report:
@@ -22,9 +22,7 @@ def write_report(folder: Path, root: Path | None = None, pictures: bool = False)
     from experiments.otb.figures import write_figures
 
     tables = _tables(results)
-    paths = [
-        path for name, table in tables.items() for path in table.write(folder / "tables", name)
-    ]
+    paths = write_tables(folder / "tables", tables)
     paths += write_figures(folder / "figures", results)
     if pictures:
         from experiments.otb.pictures import write_strip

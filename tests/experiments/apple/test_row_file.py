@@ -58,11 +58,11 @@ def test_sorting_makes_files_equal_whatever_ended_first(tmp_path):
 def test_what_is_no_such_file_is_told(tmp_path):
     rows = rows_in(tmp_path)
     assert rows.resume() == set()
-    with pytest.raises(ValueError, match="missing or empty"):
+    with pytest.raises(ValueError, match="missing or empty; `beltgrasp apple rows` writes it"):
         rows.read()
     rows.path.write_text("other,columns\n1,2\n")
-    with pytest.raises(ValueError, match="columns of another version"):
+    with pytest.raises(ValueError, match="columns are those of another version"):
         rows.read()
     rows.path.write_text("world,seed,value,is_good\na,one,0.5,true\n")
-    with pytest.raises(ValueError, match="line 2 is not a row"):
+    with pytest.raises(ValueError, match="line 2 is not a valid row"):
         rows.read()
