@@ -87,6 +87,7 @@ def make_perception(config: TrialConfig, cell: Cell) -> Perception:
         plane_z_m=height_m,
         x_range_m=x_range_m,
         y_range_m=y_range_m,
+        depth_noise_m=max(task.condition.depth_noise_std_m, OverheadView.depth_noise_m),
     )
     tracker = TargetTracker(settings, cell.template, (length_m, width_m), view, rng)
     return Seeing(tracker, functools.partial(make_predictor, config.predictor))

@@ -26,8 +26,6 @@ class BackprojectConfig:
     """Visible share of the template from which a pose is usable."""
     max_size_error: float = 0.08
     """Largest relative deviation of the fitted from the known size."""
-    depth_noise_m: float = 0.002
-    """Deviation of one depth sample."""
     max_height_error_m: float = 0.02
     """The top face is never further than this from the nominal plane."""
     height_gain: float = 0.2
@@ -37,7 +35,7 @@ class BackprojectConfig:
 
     def __post_init__(self) -> None:
         require_share(self, "min_visible_fraction", "max_size_error", "height_gain")
-        require_positive(self, "depth_noise_m", "max_height_error_m")
+        require_positive(self, "max_height_error_m")
         require_count(self, "min_depth_count")
 
 
@@ -144,7 +142,7 @@ class Backprojector:
         axes = [0, 1, 3]
         covariance[np.ix_(axes, axes)] = planar
         samples = max(depth_count, 1) / 10.0
-        covariance[2, 2] = self._config.depth_noise_m**2 / max(samples, 1.0)
+        covariance[2, 2] = self._view.depth_noise_m**2 / max(samples, 1.0)
         return covariance
 
 

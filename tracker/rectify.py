@@ -52,7 +52,9 @@ class OverheadView:
     m_per_px: float = 0.003
     """Size of an overhead pixel."""
     occluder_height_m: float = 0.015
-    """A surface higher than this above the plane hides what is below."""
+    """A surface higher than this above the plane hides what is below, if depth can tell."""
+    depth_noise_m: float = 0.002
+    """Standard deviation of a depth sample, as the sensor's maker declares it."""
 
     def __post_init__(self) -> None:
         for name, shape in (("K", (3, 3)), ("T_world_camera", (4, 4))):
@@ -67,7 +69,7 @@ class OverheadView:
             low, high = getattr(self, name)
             if not (np.isfinite([low, high]).all() and low < high):
                 raise ValueError(f"{name} must be (low, high) with low < high, got {(low, high)}")
-        require_positive(self, "m_per_px", "occluder_height_m")
+        require_positive(self, "m_per_px", "occluder_height_m", "depth_noise_m")
         if self.T_world_camera[2, 3] <= self.plane_z_m:
             raise ValueError(
                 f"plane_z_m must lie below the camera at {self.T_world_camera[2, 3]:g} m, "
@@ -153,10 +155,15 @@ class OverheadView:
             is_known = depth > 0
             height = self._drop_per_depth[region] * depth
             height += np.float32(self.T_world_camera[2, 3] - self.plane_z_m)
-            is_hidden = (height > self.occluder_height_m) & is_known
+            is_hidden = (height > self._certainly_above_m) & is_known
         height[~is_known] = np.nan
         overhead.height_m[region] = height
         overhead.visibility[region] &= 1 - cv2.dilate(is_hidden.astype(np.uint8), _NEIGHBOURHOOD)
+
+    @property
+    def _certainly_above_m(self) -> float:
+        """Height above which a sample is hardly the plane's: else a noisy depth hides it all."""
+        return max(self.occluder_height_m, _DEVIATIONS * self.depth_noise_m)
 
     def world_of_pixel(self, pixel: np.ndarray) -> np.ndarray:
         """(..., 3) world points [m] on the plane of overhead pixels (..., 2) (column, row)."""
@@ -223,6 +230,9 @@ def _area(window: Window) -> int:
 
 _MARGIN_PX = 1
 """Bilinear sampling reads the neighbours."""
+
+_DEVIATIONS = 3.0
+"""A normal sample lies higher than this many of its standard deviations once in 740 times."""
 
 _NONE = np.empty((0, 0), np.uint16)
 """Fractions of pixels where the nearest one counts."""

@@ -1,7 +1,7 @@
 """Whole trials in this process: images alone suffice, rows repeat, truth stays outside."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -34,6 +34,11 @@ def test_igpf_lifts_the_box_by_sight(igpf_row):
 def test_same_trial_gives_the_same_row_whatever_ran_before(igpf_row):
     trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=7))
     assert trial.run_trial(IGPF)[0] == igpf_row
+
+
+def test_igpf_lifts_the_box_where_depth_has_noise_and_holes():
+    row = trial.run_trial(replace(IGPF, condition="depth-3"))[0]
+    assert row.outcome == "success" and row.track_rmse_m < 0.005
 
 
 def test_a_corrected_track_forgets_where_the_wrong_one_went():

@@ -101,7 +101,7 @@ def test_a_broken_warp_gives_no_pose(projector, image, unit_px):
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("depth_noise_m", 0.0), ("height_gain", 2.0), ("min_depth_count", 0)]
+    ("field", "value"), [("max_height_error_m", 0.0), ("height_gain", 2.0), ("min_depth_count", 0)]
 )
 def test_bad_settings_are_refused(field, value):
     with pytest.raises(ValueError, match=field):

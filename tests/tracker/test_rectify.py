@@ -71,6 +71,17 @@ def test_outside_the_camera_image_nothing_is_visible(camera):
     assert visibility[:, visibility.shape[1] // 2].max() == 1
 
 
+def test_noisy_depth_hides_what_stands_high_but_not_the_plane(camera, scene):
+    views = [OverheadView(*camera, (480, 640), depth_noise_m=m) for m in (0.002, 0.016)]
+    rgb, depth = scene.render(0.53, 0.1, 0.7, occluder=(0.3, 0.7, -0.2, -0.05, 0.2))
+    noise = np.random.default_rng(3).normal(0.0, 0.016, depth.shape).astype(np.float32)
+    seen = views[0].rectify(ArrayImage(rgb, depth)).visibility > 0
+    noisy = views[1].rectify(ArrayImage(rgb, depth + noise)).visibility > 0
+    assert (~seen).sum() > 1000
+    assert noisy[seen].mean() > 0.97
+    assert noisy[~seen].mean() < 0.05
+
+
 class Watched(ArrayImage):
     """Remembers which pixels it was asked for."""
 
@@ -116,6 +127,7 @@ def test_region_beyond_the_camera_image_is_hidden(view):
         ("m_per_px", math.nan),
         ("x_range_m", (0.7, 0.3)),
         ("plane_z_m", 5.0),
+        ("depth_noise_m", 0.0),
     ],
 )
 def test_impossible_geometry_is_refused(field, value):
