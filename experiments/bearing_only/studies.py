@@ -39,8 +39,9 @@ STUDIES: dict[str, Study] = {
     "line": Study(
         "[Wu2022] section 6.2.1: a target comes head-on, with a good and with a rough range prior",
         FlightRun("line", "gradient", iteration_count=300),
-        ("gradient", "gradient-floor", "turn", "follow", "random", "dead-reckoning", "known-pose",
-         "known-pose-log-det", "known-pose-mixture", "known-pose-turn"),
+        ("published", "gradient", "gradient-floor", "log-det", "turn", "follow", "random",
+         "dead-reckoning", "known-pose", "known-pose-log-det", "known-pose-mixture",
+         "known-pose-turn"),
         ({"range_prior": 0.03}, {"range_prior": 0.2}),
     ),
     "circle": Study(
