@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from experiments.bearing_only.config import FlightRun
-from experiments.bearing_only.flying import fly, measure
+from experiments.bearing_only.flying import fly
 from experiments.bearing_only.pilots import PairedWhims, pilot_config, rng_of, slam_config
+from experiments.bearing_only.senses import PointSenses
 from experiments.bearing_only.studies import world_of
 from sim.flight import DRAWS, Flight, FlightDraws
 from tracker.bearing_only.measurements import BodyIncrement, PoseBelief
@@ -28,12 +29,13 @@ def test_an_iteration_of_the_pilot(benchmark, controller, landmark_count):
     slam = MonocularSlam(slam_config(run), start)
     whims = PairedWhims([rng_of(run, "whims")], is_single=True)
     pilot = BearingPilot(pilot_config(run), slam, TargetPrior(11.0, 2.0), whims)
-    motion = pilot.step(measure(flight, BodyIncrement.none()))
+    senses = PointSenses(flight)
+    motion = pilot.step(senses.measure(BodyIncrement.none()))
 
     def following():
         increment = motion.increment
         flight.move(increment.displacement_m, increment.rotation_rad)
-        return (measure(flight, increment),), {}
+        return (senses.measure(increment),), {}
 
     def step(measurements):
         nonlocal motion

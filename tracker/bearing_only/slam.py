@@ -8,12 +8,17 @@ section 3 takes; the quaternion there is an error state here, so that nothing ne
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
+from tracker.bearing_only.covariance import (
+    POSE,
+    correct,
+    innovation_blocks,
+    project,
+    selected,
+)
 from tracker.bearing_only.features import (
     linearity,
     new_features,
@@ -36,8 +41,6 @@ from tracker.checks import require_count, require_positive, require_share
 _SURELY = 3.0
 """Standard deviations by which an inverse depth must be negative to be impossible; while depths are
 unknown, noise makes that of a far landmark negative for a while."""
-POSE = 6
-"""Numbers of the pose in the state."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,8 @@ class SlamConfig:
     trial_count: int = 10
     """Sightings after which a landmark has to be found as often as `found_share`."""
     found_share: float = 0.5
+    most: int = 30
+    """Landmarks at most that correct the state in one image: those of which least is known."""
     capacity: int = 400
     """Landmarks at most; of those out of view the longest unseen has to go."""
 
@@ -77,7 +82,7 @@ class SlamConfig:
             "gate",
             "linearity",
         )
-        require_count(self, "trial_count", "capacity")
+        require_count(self, "trial_count", "most", "capacity")
         require_share(self, "found_share")
 
 
@@ -145,53 +150,48 @@ class MonocularSlam:
         self._P[:, :POSE] = rows.T
 
     def _correct(self, rows: NDArray[np.int64], pixels: NDArray[np.float64]) -> None:
-        """Takes in the pixels of known landmarks, all that pass the gate at once."""
-        predicted, HP, S, is_in_front = self._predict_pixels(rows)
+        """Takes in the pixels of known landmarks, at once those that pass the gate and count."""
+        predicted, by_pose, by_feature, is_in_front = self._view(rows)
+        starts, noise_std = self._table.starts[rows], self.config.pixel_std_px
+        blocks = innovation_blocks(by_pose, by_feature, starts, self._P, noise_std)
         residual = pixels - predicted
-        n = len(rows)
-        pairs = 2 * np.arange(n)[:, None] + np.arange(2)
-        blocks = S[pairs[:, :, None], pairs[:, None, :]]
         distance = np.einsum("ni,nij,nj->n", residual, inverse_2x2(blocks), residual)
         is_believed = is_in_front & (distance < self.config.gate)
         table = self._table
         table.tried[rows] += 1
         table.found[rows] += is_believed
         table.last_seen[rows] = self._iteration
-        if not is_believed.any():
-            return
-        if not is_believed.all():
-            used = pairs[is_believed].reshape(-1)
-            S, HP, residual = S[np.ix_(used, used)], HP[used], residual[is_believed]
-        L = np.asarray(np.linalg.cholesky(S), np.float64)
-        W = _solve_lower(L, HP)
-        self._P -= W.T @ W
-        self._move(W.T @ _solve_lower(L, residual.reshape(-1)))
+        used = self._least_known(np.flatnonzero(is_believed), blocks)
+        if len(used):
+            seen = by_pose[used], by_feature[used], starts[used]
+            HP, S = project(*seen, self._P, noise_std)
+            self._move(correct(self._P, HP, S, residual[used].reshape(-1)))
 
-    def _predict_pixels(self, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:
-        """Pixels (n, 2), H P (2n, N), S (2n, 2n) and which landmarks are in front (n,)."""
-        n, N, pose = len(rows), self.state_size, self.pose
+    def _least_known(
+        self, believed: NDArray[np.int64], blocks: NDArray[np.float64]
+    ) -> NDArray[np.int64]:
+        """The part of `believed` that corrects, by the innovations' blocks (n, 2, 2)."""
+        if len(believed) <= self.config.most:
+            return believed
+        volume = np.linalg.det(blocks[believed])
+        return np.sort(believed[np.argsort(-volume, kind="stable")[: self.config.most]])
+
+    def _view(self, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:
+        """Pixels (n, 2), Jacobians (n, 2, 6) by pose and by landmark, and which are in front.
+
+        The derivatives by a landmark with three numbers are followed by zeros.
+        """
+        n, pose = len(rows), self.pose
         predicted, is_in_front = np.empty((n, 2)), np.empty(n, bool)
-        by_pose = np.empty((n, 2, POSE))
-        parts: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]] = []
+        by_pose, by_feature = np.empty((n, 2, POSE)), np.zeros((n, 2, INVERSE_DEPTH))
         for size, view in ((INVERSE_DEPTH, view_inverse_depth), (COORDINATES, view_points)):
             which = np.flatnonzero(self._table.sizes[rows] == size)
             if len(which):
-                index = self._table.indices(rows[which], size)
-                values = self._x[index - POSE]
+                values = self._x[self._table.indices(rows[which], size) - POSE]
                 seen = view(self.config.camera, pose, values)
-                predicted[which], by_pose[which], by_feature, is_in_front[which] = seen
-                parts.append((which, index, by_feature))
-        HP = (by_pose.reshape(-1, POSE) @ self._P[:POSE]).reshape(n, 2, N)
-        for which, index, by_feature in parts:
-            HP[which] += by_feature @ self._P[index]
-        HP = HP.reshape(2 * n, N)
-        S = (HP[:, :POSE] @ by_pose.reshape(-1, POSE).T).reshape(2 * n, n, 2)
-        for which, index, by_feature in parts:
-            S[:, which] += np.einsum("anf,nbf->anb", HP[:, index], by_feature)
-        S = S.reshape(2 * n, 2 * n)
-        S = 0.5 * (S + S.T)
-        S[range(2 * n), range(2 * n)] += self.config.pixel_std_px**2
-        return predicted, HP, S, is_in_front
+                predicted[which], by_pose[which], by_feature[which, :, :size] = seen[:3]
+                is_in_front[which] = seen[3]
+        return predicted, by_pose, by_feature, is_in_front
 
     def _move(self, error: NDArray[np.float64]) -> None:
         """Puts the estimated error into the state."""
@@ -246,8 +246,7 @@ class MonocularSlam:
 
     def _shrink(self, is_kept: NDArray[np.bool_]) -> None:
         """Leaves out numbers of the state."""
-        kept = np.flatnonzero(is_kept)
-        self._P = self._P[np.ix_(kept, kept)]
+        self._P = selected(self._P, np.flatnonzero(is_kept))
         self._x = self._x[is_kept[POSE:]]
 
     def _enter(self, new: FeatureObservation) -> None:
@@ -270,10 +269,3 @@ class MonocularSlam:
         self._P = P
         self._x = np.concatenate([self._x, features.reshape(-1)])
         self._table.add(new.ids, self._iteration)
-
-
-def _solve_lower(L: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
-    """L^-1 right for a lower triangular L."""
-    linalg: Any = scipy.linalg  # its functions are annotated in part
-    solved = linalg.solve_triangular(L, right, lower=True, check_finite=False)
-    return np.asarray(solved, np.float64)

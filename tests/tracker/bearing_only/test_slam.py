@@ -104,6 +104,18 @@ def test_landmarks_are_converted_and_where_they_are(driven):
     assert (np.linalg.eigvalsh(P) > 0.0).all()
 
 
+def test_the_few_landmarks_of_which_least_is_known_keep_the_pose(driven):
+    _, world, all_pose = driven
+    few = MonocularSlam(SlamConfig(pixel_std_px=1.0, most=8), START)
+    pose = drive(few, same := World())
+    np.testing.assert_array_equal(same.position, world.position)
+    assert np.linalg.norm(pose.position_m - same.position) < 0.2
+    doubt, least = (np.trace(p.covariance[:3, :3]) for p in (pose, all_pose))
+    assert doubt < 4.0 * least
+    stds = np.sqrt([np.linalg.eigvalsh(P).max() for P in few.landmarks()[2]])
+    assert np.median(stds) < 0.1 * np.linalg.norm(few.landmarks()[1], axis=1).mean()
+
+
 def test_the_covariance_stays_symmetric_and_positive(driven):
     P = driven[0]._P
     assert np.allclose(P, P.T, atol=1e-12)
