@@ -217,12 +217,21 @@ def session(worker_count: int) -> dict[str, Any]:
 
 
 def _cpu_model() -> str:
+    """Name, family and model: libraries choose their kernels by them, and last digits follow."""
     try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        lines = Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines()
     except OSError:
         return platform.processor()
-    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return models[0] if models else platform.machine()
+    told = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
+    kinds = ("model name", "cpu family", "model")
+    return (
+        ", ".join(
+            told[kind] if kind == "model name" else f"{kind} {told[kind]}"
+            for kind in kinds
+            if kind in told
+        )
+        or platform.machine()
+    )
 
 
 def _utc_now() -> str:
