@@ -13,8 +13,11 @@ from functools import cache
 import numpy as np
 
 _SAMPLES = 64
+_SCORED = 100
+"""So many points, evenly taken, tell which sample is the best; the fit takes all."""
 _LEAST_RATIO = 0.70
 """An apple looks rounder than this from every side."""
+_TRACE = 1e-9
 _LARGEST_STEP = np.array([20.0, 20.0, 0.2, 0.2, 0.5])
 """Of the centre [px], the logarithms of the semi-axes and the turn, in one step."""
 
@@ -46,18 +49,16 @@ class _Ellipse:
     lengths: np.ndarray
 
     def signed_distances(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Distances (n,), positive outside, with angles (n,) and normals (n, 2) of their feet.
+        """Distances (n,), positive outside, with directions and normals (2, n) of their feet.
 
-        To first order in the distance over the radius of curvature.
+        A direction is cosine and sine of the eccentric angle; normals are along the axes. To first
+        order in the distance over the radius of curvature.
         """
-        local = (points - self.centre) @ self.axes
-        angle = np.arctan2(local[:, 1] * self.lengths[0], local[:, 0] * self.lengths[1])
-        cosine, sine = np.cos(angle), np.sin(angle)
-        normal = np.stack([cosine * self.lengths[1], sine * self.lengths[0]], axis=1)
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        foot = np.stack([self.lengths[0] * cosine, self.lengths[1] * sine], axis=1)
-        distance = ((local - foot) * normal).sum(axis=1)
-        return distance, angle, normal
+        local = self.axes.T @ (points - self.centre).T
+        direction = _unit(local * self.lengths[::-1, None])
+        normal = _unit(direction * self.lengths[::-1, None])
+        distance = ((local - direction * self.lengths[:, None]) * normal).sum(axis=0)
+        return distance, direction, normal
 
 
 def fit_ellipse(
@@ -87,7 +88,8 @@ def fit_ellipse(
     if refined is None:
         return None
     ellipse, information = refined
-    distance, angle, _ = ellipse.signed_distances(points_px)
+    distance, (cosine, sine), _ = ellipse.signed_distances(points_px)
+    angle = np.arctan2(sine, cosine)
     is_inlier = np.abs(distance) < tolerance_px
     if is_inlier.sum() < 8 or min(ellipse.lengths) < _LEAST_RATIO * max(ellipse.lengths):
         return None
@@ -96,10 +98,10 @@ def fit_ellipse(
 
 def _consensus(points: np.ndarray, is_trusted: np.ndarray, tolerance: float) -> _Ellipse | None:
     """The best of many ellipses through five points each."""
-    count = len(points)
-    chosen = points[(_uniform() * count).astype(int)]
+    chosen = points[(_uniform() * len(points)).astype(int)]
+    every = max(1, len(points) // _SCORED)
+    points, is_trusted = points[::every], is_trusted[::every]
     conics = _conics_through(chosen)
-    best, best_score = None, -np.inf
     centres, shapes, is_valid = _shapes(conics)
     # The algebraic distance over its gradient, for all ellipses and points at once.
     x, y = points[:, 0] - centres[:, :1], points[:, 1] - centres[:, 1:]
@@ -111,9 +113,8 @@ def _consensus(points: np.ndarray, is_trusted: np.ndarray, tolerance: float) -> 
     score = inliers @ weight - (distance >= tolerance) @ weight
     score = np.where(is_valid, score, -np.inf)
     index = int(np.argmax(score))
-    best_score = score[index]
-    if not np.isfinite(best_score) or best_score <= 0.2 * weight.sum():
-        return best
+    if not (np.isfinite(score[index]) and score[index] > 0.2 * weight.sum()):
+        return None
     values, vectors = np.linalg.eigh(shapes[index])
     return _Ellipse(centres[index], vectors, 1.0 / np.sqrt(values))
 
@@ -127,20 +128,24 @@ def _uniform() -> np.ndarray:
 
 
 def _conics_through(points: np.ndarray) -> np.ndarray:
-    """Conics `a xx + b xy + c yy + d x + e y + f = 0` (m, 6) through five points each (m, 5, 2)."""
+    """Conics `a xx + b xy + c yy + d x + e y = 1` (m, 5) through five points each (m, 5, 2).
+
+    The origin, which is the middle of the outline, lies in every ellipse that counts, so that the
+    right side may be 1. A trace of the unit matrix keeps equal points from being singular.
+    """
     x, y = points[..., 0], points[..., 1]
-    rows = np.stack([x * x, x * y, y * y, x, y, np.ones_like(x)], axis=-1)
-    return np.linalg.svd(rows)[2][:, -1]
+    rows = np.stack([x * x, x * y, y * y, x, y], axis=-1) + _TRACE * np.eye(5)
+    return np.linalg.solve(rows, np.ones((len(points), 5, 1)))[..., 0]
 
 
 def _shapes(conics: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Centres (m, 2), forms S (m, 2, 2) with `(p - c)' S (p - c) = 1`, and which are fruit-like."""
-    a, b, c, d, e, f = conics.T
+    a, b, c, d, e = conics.T
     determinant = 4.0 * a * c - b * b
     is_ellipse = determinant > 1e-9
     safe = np.where(is_ellipse, determinant, 1.0)
     centre = np.stack([(b * e - 2 * c * d) / safe, (b * d - 2 * a * e) / safe], axis=1)
-    level = -(f + 0.5 * (d * centre[:, 0] + e * centre[:, 1]))
+    level = 1.0 - 0.5 * (d * centre[:, 0] + e * centre[:, 1])
     level = np.where(np.abs(level) > 1e-12, level, 1.0)
     shape = np.stack([np.stack([a, 0.5 * b], -1), np.stack([0.5 * b, c], -1)], -2)
     shape = shape / level[:, None, None]
@@ -160,14 +165,14 @@ def _refine(
     """
     information = np.eye(5)
     for reach in (3.0, 2.0, 1.5, 1.0, 1.0, 1.0):
-        distance, angle, normal = ellipse.signed_distances(points)
+        distance, direction, normal = ellipse.signed_distances(points)
         weight = np.maximum(1.0 - (distance / (1.5 * reach * tolerance_px)) ** 2, 0.0) ** 2
         if np.count_nonzero(weight) < 8:
             return None
-        jacobian = _jacobian(ellipse, angle, normal)
-        information = (jacobian * weight[:, None]).T @ jacobian
+        jacobian = _jacobian(ellipse, direction, normal)
+        information = (jacobian * weight) @ jacobian.T
         damping = 1e-6 * np.trace(information) / 5.0
-        gradient = jacobian.T @ (weight * distance)
+        gradient = jacobian @ (weight * distance)
         step = np.asarray(np.linalg.solve(information + damping * np.eye(5), gradient), float)
         step = np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
         c, s = np.cos(step[4]), np.sin(step[4])
@@ -179,12 +184,11 @@ def _refine(
     return ellipse, information
 
 
-def _jacobian(ellipse: _Ellipse, angle: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(n, 5) how far the ellipse moves outwards at the feet, by parameter."""
-    (a, b), c, s = ellipse.lengths, np.cos(angle), np.sin(angle)
-    in_image = normal @ ellipse.axes.T
-    turn = a * c * normal[:, 1] - b * s * normal[:, 0]
-    return np.column_stack([in_image, a * c * normal[:, 0], b * s * normal[:, 1], turn])
+def _jacobian(ellipse: _Ellipse, direction: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(5, n) how far the ellipse moves outwards at the feet, by parameter."""
+    foot = direction * ellipse.lengths[:, None]
+    turn = foot[0] * normal[1] - foot[1] * normal[0]
+    return np.concatenate([ellipse.axes @ normal, foot * normal, turn[None]])
 
 
 def _ordered(
@@ -213,6 +217,14 @@ def _ordered(
         is_inlier=is_inlier,
         parameter_rad=angle,
     )
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Columns (2, n) of length 1; (1, 0) for one that has no direction."""
+    length = np.sqrt((vectors**2).sum(axis=0))
+    if length.all():
+        return vectors / length
+    return np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), [[1.0], [0.0]])
 
 
 def _half_turn(angle_rad: float) -> float:

@@ -200,12 +200,18 @@ def _around(
     excess = cv2.addWeighted(g, 1.0, cv2.max(r, b), -config.green_ratio, -3.0)
     leaf = cv2.threshold(excess, 0, 255, cv2.THRESH_BINARY)[1]
     inside = cv2.bitwise_and(red[top:bottom, left:right], filled)
-    skin_level = float(np.median(r[inside > 0])) if inside.any() else 255.0
+    skin_level = _median_level(r, inside) if inside.any() else 255.0
     dark = cv2.threshold(r, config.calyx_darkness * skin_level, 255, cv2.THRESH_BINARY_INV)[1]
     reddish = cv2.threshold(cv2.addWeighted(r, 1.0, b, -1.15, 0.0), 0, 255, cv2.THRESH_BINARY)[1]
     brown = cv2.bitwise_and(cv2.bitwise_and(dark, reddish), cv2.bitwise_not(leaf))
     brown = cv2.bitwise_and(brown, cv2.bitwise_not(red[top:bottom, left:right]))
     return _Scene(left, top, inside, filled, leaf, brown)
+
+
+def _median_level(channel: np.ndarray, mask: np.ndarray) -> float:
+    """Median grey level under the mask, from its histogram."""
+    below = np.cumsum(cv2.calcHist([channel], [0], mask, [256], [0, 256]))
+    return float(np.searchsorted(below, 0.5 * below[-1]))
 
 
 def _without_stem(filled: np.ndarray, config: SegmentationConfig) -> np.ndarray:
@@ -323,12 +329,15 @@ def _calyx(
         area = float(stats[label, cv2.CC_STAT_AREA])
         if not config.calyx_area[0] * area_px <= area <= config.calyx_area[1] * area_px:
             continue
-        spot = labels == label
-        if np.count_nonzero(disc[spot]) < 0.95 * area:
-            beyond = (hull[spot] > 0) & (disc[spot] == 0)
+        left, top, width, height = stats[label, : cv2.CC_STAT_AREA]
+        box = slice(top, top + height), slice(left, left + width)
+        spot = labels[box] == label
+        in_disc = disc[box][spot]
+        if np.count_nonzero(in_disc) < 0.95 * area:
+            beyond = (hull[box][spot] > 0) & (in_disc == 0)
             is_outside = is_outside or bool(np.count_nonzero(beyond) > 0.9 * area)
             continue
-        if np.count_nonzero(near_leaf[spot]) > 0.15 * area:
+        if np.count_nonzero(near_leaf[box][spot]) > 0.15 * area:
             continue
         if area > best_area:
             best, best_area = centroids[label], area
