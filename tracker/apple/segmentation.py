@@ -210,9 +210,8 @@ def _around(
 
 def _median_level(channel: np.ndarray, mask: np.ndarray) -> float:
     """Median grey level under the mask, from its histogram."""
-    counts = np.asarray(cv2.calcHist([channel], [0], mask, [256], [0, 256]), np.float64)
-    below = np.cumsum(counts)
-    return float(np.searchsorted(below, 0.5 * below[-1]))
+    counts: np.ndarray = np.array(cv2.calcHist([channel], [0], mask, [256], [0, 256]))
+    return float(np.searchsorted(counts.cumsum(), 0.5 * float(counts.sum())))
 
 
 def _without_stem(filled: np.ndarray, config: SegmentationConfig) -> np.ndarray:
