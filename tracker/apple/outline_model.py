@@ -119,13 +119,19 @@ class OutlineModel:
         toward = pole / distance
         facing = (toward * a).sum(axis=-1)
         excess = facing - self._config.hidden_facing
-        near = np.abs(pixel[:, :, None] - self._views.skin_px).max(axis=-1).min(axis=-1)
-        is_wrong = (excess > 0.0) & ~self._views.has_calyx & (near <= self._views.skin_reach_px)
+        is_wrong = (excess > 0.0) & ~self._views.has_calyx
+        is_wrong[is_wrong] = self._is_on_skin(pixel, is_wrong)
         scale = is_wrong / self._config.hidden_sigma
         off[..., 2] = excess * scale
         by_axis = toward - reach * (a - facing[..., None] * toward) / distance
         J[..., AXIS, 2] = (by_axis @ E) * scale[..., None]
         return off, J
+
+    def _is_on_skin(self, pixel: np.ndarray, asked: np.ndarray) -> np.ndarray:
+        """Of pixels (S, V, 2), those where `asked` (S, V): whether bare skin is in sight there."""
+        view = np.nonzero(asked)[1]
+        near = np.abs(pixel[asked][:, None] - self._views.skin_px[view]).max(axis=-1).min(axis=-1)
+        return np.asarray(near <= self._views.skin_reach_px[view])
 
     def _calyx_pixel(
         self, hypotheses: Hypotheses, turned: np.ndarray, y: np.ndarray, E: np.ndarray
@@ -147,7 +153,8 @@ class OutlineModel:
         J[..., AXIS] = -reach[..., None, None] * (by_pole @ E[:, None])
         J[..., EDGE] = 0.0
         J[..., DEPTH] = outward / hypotheses.depth[:, None, None]
-        J[..., TURN] = np.cross(by_pole, pole[..., None, :]) * self._sigmas[:3]
+        turn = _cross(np.swapaxes(by_pole, -1, -2), pole[..., None])
+        J[..., TURN] = np.swapaxes(turn, -1, -2) * self._sigmas[:3]
         J[..., SHIFT] = -by_pole * self._sigmas[3:]
         return flat * self._views.focal_px + self._views.principal_px, J
 
