@@ -16,7 +16,7 @@ from experiments.apple.observer import MASKS, sighting, visible_share
 from experiments.apple.photographs import ArmPhotographer, Photograph
 from experiments.apple.row_file import RowFile
 from experiments.apple.viewpoints import VIEWS
-from experiments.apple.worlds import CLASSES, VIEW_COUNT, World, WorldId, draw_world
+from experiments.apple.worlds import CLASSES, World, WorldId, draw_world
 from experiments.catalogue import require_known
 from sim.orchard.world import intrinsics
 from tracker.apple.attitude import axis_error_deg
@@ -80,7 +80,7 @@ class ApproachRow:
 
 
 ERROR_FIELDS = tuple(f.name for f in fields(ApproachRow) if f.name.startswith("error_"))[1:]
-"""Errors after each image."""
+"""Errors after each image; where the arm could not go on, the last one stands."""
 
 
 def approach_file(folder: Path) -> RowFile[ApproachRow]:
@@ -102,8 +102,8 @@ def approach_rows(job: ApproachJob) -> list[ApproachRow]:
     with world.build() as orchard:
         photographer = ArmPhotographer(orchard, job.world.seed)
         photographs = VIEWS[job.views].take(world.approach, photographer, job.world.seed)
-    if len(photographs) != VIEW_COUNT:
-        raise RuntimeError(f"{len(photographs)} images of {VIEW_COUNT}: the arm cannot reach")
+    if not photographs:
+        raise RuntimeError("no image: the arm reaches no place of the approach")
     rows: list[ApproachRow] = []
     for mask in MASKS:
         sightings = [sighting(photograph, mask) for photograph in photographs]
@@ -131,6 +131,7 @@ def _row(
     errors = errors_deg(estimates, axis)
     last = estimates[-1]
     views = [s.view for s in sightings]
+    by_image = errors + [errors[-1]] * (len(ERROR_FIELDS) - len(errors))
     return ApproachRow(
         job.world.fruit_class,
         job.world.aspect,
@@ -146,7 +147,7 @@ def _row(
         error_deg=errors[-1] if method.is_fused else float(np.mean(errors)),
         sigma_deg=None if last is None else last.sigma_deg,
         is_sign_right=last is not None and bool(last.axis @ axis > 0.0),
-        **dict(zip(ERROR_FIELDS, errors, strict=True)),
+        **dict(zip(ERROR_FIELDS, by_image, strict=True)),
     )
 
 

@@ -20,7 +20,7 @@ from experiments.apple.observer import MASKS, ORACLE, SEGMENTED, sighting
 from experiments.apple.photographs import ArmPhotographer
 from experiments.apple.published import published_table
 from experiments.apple.replay import ReplayJob, aimed, draw_replay, published_errors_deg
-from experiments.apple.viewpoints import VIEWS
+from experiments.apple.viewpoints import VIEWS, Viewing, along_the_arc
 from experiments.apple.worlds import WorldId, draw_world
 from tracker.apple.attitude import axis_error_deg
 from tracker.apple.view import FruitStatus, FruitView
@@ -52,6 +52,20 @@ def test_the_fit_beats_the_mean_image(rows):
 
 def test_the_same_world_gives_the_same_rows_again(rows):
     assert approach_rows(ApproachJob(WORLD)) == rows
+
+
+def test_where_the_arm_stops_short_the_last_error_stands(monkeypatch, rows):
+    def short(planned, take, seed):
+        return along_the_arc(planned[:3], take, seed)
+
+    monkeypatch.setitem(VIEWS, "arc", Viewing("three images", short))
+    for row, whole in zip(approach_rows(ApproachJob(WORLD)), rows, strict=True):
+        assert row.image_count == row.arm_count == 3
+        errors = [getattr(row, f"error_{k}_deg") for k in range(1, 9)]
+        assert errors[:3] == [getattr(whole, f"error_{k}_deg") for k in range(1, 4)]
+        assert errors[3:] == [errors[2]] * 5
+        if METHODS[row.method].is_fused:
+            assert row.error_deg == errors[2]
 
 
 def test_segmentation_sees_what_the_oracle_sees():
