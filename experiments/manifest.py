@@ -223,15 +223,10 @@ def _cpu_model() -> str:
     except OSError:
         return platform.processor()
     told = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
-    kinds = ("model name", "cpu family", "model")
-    return (
-        ", ".join(
-            told[kind] if kind == "model name" else f"{kind} {told[kind]}"
-            for kind in kinds
-            if kind in told
-        )
-        or platform.machine()
-    )
+    if "model name" not in told:
+        return platform.machine()
+    kind = [f"{key} {told[key]}" for key in ("cpu family", "model") if key in told]
+    return ", ".join([told["model name"], *kind])
 
 
 def _utc_now() -> str:

@@ -80,6 +80,7 @@ def make_perception(config: TrialConfig, cell: Cell) -> Perception:
     task = cell.task
     length_m, width_m, height_m = task.prop.spec.size_m
     x_range_m, y_range_m = task.carrier.face_range_m
+    # Depth by time of flight has a noise of its own; it is of the size that a view takes by itself.
     view = OverheadView(
         K=task.K,
         T_world_camera=task.view.T_world_camera,

@@ -18,6 +18,7 @@ _SCORED = 100
 _LEAST_RATIO = 0.70
 """An apple looks rounder than this from every side."""
 _TRACE = 1e-9
+"""Of the unit matrix, beside terms of the size of 1."""
 _LARGEST_STEP = np.array([20.0, 20.0, 0.2, 0.2, 0.5])
 """Of the centre [px], the logarithms of the semi-axes and the turn, in one step."""
 

@@ -94,7 +94,7 @@ class MonocularSlam:
         self._position = np.array(start.position_m, float)
         self._R = np.array(start.R_world_body, float)
         self._x = np.empty(0)
-        self._P: NDArray[np.float64] = np.array(start.covariance, float)
+        self._P: NDArray[np.float64] = np.array(start.covariance, float, order="C")
         self._table = LandmarkTable(POSE)
         self._iteration = 0
 

@@ -76,6 +76,12 @@ def test_an_impossible_covariance_is_refused():
         correct(np.eye(8), np.ones((2, 8)), np.diag([1.0, -1.0]), np.zeros(2))
 
 
+def test_a_covariance_that_blas_would_copy_is_refused():
+    P = np.asfortranarray(np.arange(64.0).reshape(8, 8))
+    with pytest.raises(ValueError, match="C order"):
+        correct(P, np.ones((2, 8)), np.eye(2), np.zeros(2))
+
+
 def test_selection_is_that_of_index_arrays():
     P, kept = np.random.default_rng(2).standard_normal((9, 9)), np.array([0, 3, 4, 8])
     np.testing.assert_array_equal(selected(P, kept), P[np.ix_(kept, kept)])
