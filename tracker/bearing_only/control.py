@@ -56,8 +56,10 @@ def aim(rays_b: NDArray[np.float64]) -> NDArray[np.float64]:
     Source: [Wu2022] Eq. 13, of a ray that is normalised (the text takes the arcsine of a vector
     of any length) and with the arctangent of two arguments.
     """
-    x, y, z = np.moveaxis(rays_b, -1, 0)
-    return np.stack([np.zeros_like(x), -np.arcsin(np.clip(z, -1.0, 1.0)), np.arctan2(y, x)], -1)
+    turn = np.zeros_like(rays_b)
+    turn[..., 1] = -np.arcsin(np.minimum(np.maximum(rays_b[..., 2], -1.0), 1.0))
+    turn[..., 2] = np.arctan2(rays_b[..., 1], rays_b[..., 0])
+    return turn
 
 
 def follow_speed(
@@ -150,5 +152,5 @@ def command(
 
 def unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
     """(..., 3) vectors of length one; zero stays zero."""
-    length = np.linalg.norm(v, axis=-1, keepdims=True)
-    return v / np.where(length > 0.0, length, 1.0)
+    length = np.sqrt(np.einsum("...i,...i->...", v, v))[..., None]
+    return v / (length + (length == 0.0))

@@ -1,8 +1,7 @@
-"""Products with the covariance of a large state, where each measurement touches a few numbers.
+"""The covariance of a pose and its landmarks, changed in place.
 
-H has two rows a landmark, nonzero at the pose and at the landmark alone: dense products would be
-mostly zeros, and arrays of small blocks are bound by overhead. What is dense goes to BLAS in place,
-since the covariance of 200 landmarks does not fit into the cache near the core.
+That of 200 landmarks does not fit into the cache near the core, and its copies would cost more than
+the filter: so its upper half alone is kept, in memory that is taken once.
 """
 
 from __future__ import annotations
@@ -12,157 +11,104 @@ from typing import Any
 import numpy as np
 import scipy.linalg.blas
 import scipy.linalg.lapack
-from numba import njit
 from numpy.typing import NDArray
 
-from tracker.bearing_only.landmarks import INVERSE_DEPTH
+from tracker.bearing_only import covariance_loops as loops
+from tracker.bearing_only.landmarks import POSE
 
 Array = NDArray[np.float64]
-
-POSE = 6
-"""Numbers of the pose, the first of the state."""
-
-_BLOCK = 64
-
-
-@njit(cache=True)
-def innovation_blocks(
-    by_pose: np.ndarray, by_feature: np.ndarray, starts: np.ndarray, P: np.ndarray, noise_std: float
-) -> np.ndarray:
-    """(n, 2, 2): what each landmark's pixel may deviate by, all else left aside.
-
-    Args:
-        by_pose: (n, 2, 6) derivatives of each pixel by the pose.
-        by_feature: (n, 2, 6) derivatives by the landmark's numbers; zero where it has but three.
-        starts: (n,) the first of each landmark's numbers in the state.
-        P: (N, N) covariance, symmetric.
-        noise_std: Deviation of each pixel's coordinates.
-    """
-    blocks = np.empty((len(starts), 2, 2))
-    H, place = np.empty((2, POSE + INVERSE_DEPTH)), np.arange(POSE + INVERSE_DEPTH)
-    for i in range(len(starts)):
-        H[:, :POSE], H[:, POSE:] = by_pose[i], by_feature[i]
-        for j in range(INVERSE_DEPTH):
-            place[POSE + j] = min(starts[i] + j, len(P) - 1)  # beyond it the derivatives are zero
-        block = blocks[i]
-        block[:] = 0.0
-        for j in range(len(place)):
-            for k in range(len(place)):
-                covariance = P[place[j], place[k]]
-                for a in range(2):
-                    for b in range(2):
-                        block[a, b] += H[a, j] * covariance * H[b, k]
-        block[0, 0] += noise_std**2
-        block[1, 1] += noise_std**2
-    return blocks
+Index = NDArray[np.int64]
+Seen = tuple[Array, Array, Index]
+"""Derivatives of pixels by the pose (n, 2, 6) and by their landmark's numbers (n, 2, 6), zero where
+it has but three, and the first of those numbers in the state (n,)."""
 
 
-def project(
-    by_pose: Array, by_feature: Array, starts: NDArray[np.int64], P: Array, noise_std: float
-) -> tuple[Array, Array]:
-    """H P (2n, N), and the lower half of S = H P H' + R (2n, 2n); as `innovation_blocks`."""
-    n = len(starts)
-    HP, S = np.empty((2 * n, len(P))), np.zeros((2 * n, 2 * n))
-    sizes = np.minimum(INVERSE_DEPTH, len(P) - starts)
-    _rows(by_pose, by_feature, starts, sizes, P, HP)
-    _square(by_pose, by_feature, starts, sizes, HP, S)
-    S[np.arange(2 * n), np.arange(2 * n)] += noise_std**2
-    return HP, S
+class JointCovariance:
+    """A symmetric matrix (N, N) whose first six rows are those of the pose."""
 
+    def __init__(self, pose: Array) -> None:
+        """Starts with the covariance of the pose (6, 6) alone."""
+        self._memory = np.array(pose, float).reshape(-1)
+        self._size = POSE
 
-def correct(P: Array, HP: Array, S: Array, residual: Array) -> Array:
-    """(N,) estimated error of the state; P becomes P - P H' S^-1 H P, HP is used up.
+    def __len__(self) -> int:
+        return self._size
 
-    Raises numpy.linalg.LinAlgError where S is not positive definite, and ValueError where P could
-    not be changed in place.
+    @property
+    def _upper(self) -> Array:
+        """(N, N) view, of which entries (i, j) with i <= j count."""
+        return self._memory[: self._size**2].reshape(self._size, self._size)
 
-    Args:
-        P: (N, N) covariance in C order, changed in place.
-        HP: (m, N), overwritten.
-        S: (m, m), of which the lower half counts; overwritten.
-        residual: (m,).
-    """
-    if not P.flags.c_contiguous:  # BLAS would change a copy, and nobody would notice
-        raise ValueError("P must be in C order")
-    lapack: Any = scipy.linalg.lapack
-    blas: Any = scipy.linalg.blas
-    # A C-ordered array is its transpose to Fortran, so nothing is copied: L' is upper there.
-    Lt, failed = lapack.dpotrf(S.T, lower=0, clean=0, overwrite_a=1)
-    if failed:
-        raise np.linalg.LinAlgError("the innovations' covariance is not positive definite")
-    Wt = blas.dtrsm(1.0, Lt, HP.T, side=1, lower=0, overwrite_b=1)
-    error = Wt @ blas.dtrsv(Lt, residual, lower=0, trans=1)
-    blas.dsyrk(-1.0, Wt, beta=1.0, c=P.T, lower=1, overwrite_c=1)
-    _mirror(P)
-    return np.asarray(error, np.float64)
+    @property
+    def pose(self) -> Array:
+        """(6, 6): a copy of the pose's part."""
+        return loops.corner(self._upper, POSE)
 
+    def blocks(self, index: Index) -> Array:
+        """(..., k, k): the parts of rows and columns `index` (..., k)."""
+        rows, columns = index[..., :, None], index[..., None, :]
+        return self._upper[np.minimum(rows, columns), np.maximum(rows, columns)]
 
-@njit(cache=True)
-def selected(P: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """(k, k): rows and columns `kept` (k,) of P; index arrays take a multiple of the time."""
-    k = len(kept)
-    part = np.empty((k, k))
-    for i in range(k):
-        row = P[kept[i]]
-        for j in range(k):
-            part[i, j] = row[kept[j]]
-    return part
+    def variances(self, index: Index) -> Array:
+        """(...,): of the numbers at `index` (...,)."""
+        return self._upper[index, index]
 
+    def move_pose(self, F: Array, Q: Array) -> None:
+        """The pose becomes F (6, 6) times itself plus noise of covariance Q (6, 6)."""
+        P, pose = self._upper, self.pose
+        P[:POSE, POSE:] = F @ P[:POSE, POSE:]
+        P[:POSE, :POSE] = F @ pose @ F.T + Q
 
-@njit(cache=True)
-def _rows(
-    by_pose: np.ndarray,
-    by_feature: np.ndarray,
-    starts: np.ndarray,
-    sizes: np.ndarray,
-    P: np.ndarray,
-    HP: np.ndarray,
-) -> None:
-    """Fills H P: each row is a sum of few rows of P."""
-    for i in range(len(starts)):
-        for a in range(2):
-            row = HP[2 * i + a]
-            row[:] = by_pose[i, a, 0] * P[0]
-            for j in range(1, POSE):
-                _add(row, by_pose[i, a, j], P[j])
-            for j in range(sizes[i]):
-                if by_feature[i, a, j] != 0.0:
-                    _add(row, by_feature[i, a, j], P[starts[i] + j])
+    def innovation_blocks(self, seen: Seen, noise_std: float) -> Array:
+        """(n, 2, 2): what each pixel may deviate by, with noise of that deviation."""
+        return loops.innovation_blocks(self._upper, *seen, noise_std**2)
 
+    def correct(self, seen: Seen, residual: Array, noise_std: float) -> Array:
+        """(N,) estimated error of the state by (2n,) residuals; P becomes P - P H' S^-1 H P.
 
-@njit(cache=True)
-def _add(row: np.ndarray, factor: float, other: np.ndarray) -> None:
-    for k in range(len(row)):
-        row[k] += factor * other[k]
+        Raises numpy.linalg.LinAlgError where S is not positive definite; P is unchanged then.
+        """
+        P = self._upper
+        HP, S = loops.project(P, *seen, noise_std**2)
+        lapack: Any = scipy.linalg.lapack
+        blas: Any = scipy.linalg.blas
+        # An array in C order is its transpose to Fortran, so nothing is copied: L' is upper there.
+        Lt, failed = lapack.dpotrf(S.T, lower=0, clean=0, overwrite_a=1)
+        if failed:
+            raise np.linalg.LinAlgError("the innovations' covariance is not positive definite")
+        Wt = blas.dtrsm(1.0, Lt, HP.T, side=1, lower=0, overwrite_b=1)
+        error = Wt @ blas.dtrsv(Lt, residual, lower=0, trans=1)
+        blas.dsyrk(-1.0, Wt, beta=1.0, c=P.T, lower=1, overwrite_c=1)
+        return np.asarray(error, np.float64)
 
+    def to_coordinates(self, starts: Index, J: Array) -> None:
+        """Landmarks (n,) of six numbers become J (n, 3, 6) times them; the last three mean nothing.
 
-@njit(cache=True)
-def _square(
-    by_pose: np.ndarray,
-    by_feature: np.ndarray,
-    starts: np.ndarray,
-    sizes: np.ndarray,
-    HP: np.ndarray,
-    S: np.ndarray,
-) -> None:
-    """Fills the lower half of H P H'."""
-    for row in range(len(HP)):
-        for i in range(row // 2 + 1):
-            for a in range(2):
-                total = 0.0
-                for j in range(POSE):
-                    total += HP[row, j] * by_pose[i, a, j]
-                for j in range(sizes[i]):
-                    total += HP[row, starts[i] + j] * by_feature[i, a, j]
-                S[row, 2 * i + a] = total
+        They are to be left out by `keep` before anything else is asked.
+        """
+        loops.to_coordinates(self._upper, starts, J)
 
+    def keep(self, kept: Index) -> None:
+        """Leaves out all numbers but `kept` (k,), which ascend."""
+        loops.select(self._memory, self._size, kept)
+        self._size = len(kept)
 
-@njit(cache=True)
-def _mirror(P: np.ndarray) -> None:
-    """Copies the upper half of P (N, N) to the lower one, block by block for the cache."""
-    N = len(P)
-    for top in range(0, N, _BLOCK):
-        for left in range(top, N, _BLOCK):
-            for i in range(top, min(top + _BLOCK, N)):
-                for j in range(max(left, i + 1), min(left + _BLOCK, N)):
-                    P[j, i] = P[i, j]
+    def append(self, J: Array, own: Array) -> None:
+        """New numbers (m,): J (m, 6) times the error of the pose, plus errors of their own.
+
+        Args:
+            J: (m, 6).
+            own: (n, k, k) covariances of n times k = m / n numbers.
+        """
+        N, M, pose = self._size, self._size + len(J), self.pose
+        with_pose = J @ np.hstack([pose, self._upper[:POSE, POSE:]])
+        if M**2 > len(self._memory):
+            memory = np.empty((2 * M) ** 2)
+            memory[: N**2] = self._memory[: N**2]
+            self._memory = memory
+        loops.widen(self._memory, N, M)
+        self._size, index = M, np.arange(N, M).reshape(own.shape[:2])
+        P = self._upper
+        P[:N, N:] = with_pose.T
+        P[N:, N:] = J @ pose @ J.T
+        P[index[:, :, None], index[:, None, :]] += own

@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.bearing_only import feature_loops as loops
 from tracker.bearing_only.frames import R_BODY_CAMERA, skew
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief
-from tracker.bearing_only.observation import LEAST_DEPTH_M, pixel_jacobian
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 def ray_of_angles(angles_rad: Array) -> Array:
@@ -55,43 +56,16 @@ def angles_jacobian(rays: Array) -> Array:
     return J
 
 
-def view_inverse_depth(
-    camera: PinholeCamera, pose: PoseBelief, features: Array
+def view_landmarks(
+    camera: PinholeCamera, pose: PoseBelief, x: Array, places: Index, sizes: Index
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Pixels (n, 2), Jacobians (n, 2, 6) by pose and by feature, and which are in front.
+    """Pixels (n, 2), Jacobians (n, 2, 6) by pose and by landmark, and which are in front.
 
-    The point is taken times its inverse depth, so that one at infinity has a pixel as well.
-    Source: [Civera2008] Eqs. 10 to 13, with an error state of the pose.
+    A landmark's numbers are x[place : place + size]; the derivatives by one with three of them are
+    followed by zeros. One by inverse depth is taken times it, so that it has a pixel at infinity
+    as well. Source: [Civera2008] Eqs. 10 to 13, with an error state of the pose.
     """
-    anchor, angles, rho = features[:, :3], features[:, 3:5], features[:, 5:]
-    offset = anchor - pose.position_m
-    v = rho * offset + ray_of_angles(angles)
-    by_v, by_turn, pixels, is_in_front = _view(camera, pose, v)
-    by_pose = np.concatenate([-rho[:, :, None] * by_v, by_turn], axis=2)
-    by_feature = np.concatenate(
-        [rho[:, :, None] * by_v, by_v @ ray_jacobian(angles), by_v @ offset[:, :, None]], axis=2
-    )
-    return pixels, by_pose, by_feature, is_in_front
-
-
-def view_points(
-    camera: PinholeCamera, pose: PoseBelief, points_m: Array
-) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Pixels (n, 2), Jacobians (n, 2, 6) by pose and (n, 2, 3) by point, and which are in front."""
-    by_v, by_turn, pixels, is_in_front = _view(camera, pose, points_m - pose.position_m)
-    return pixels, np.concatenate([-by_v, by_turn], axis=2), by_v, is_in_front
-
-
-def _view(
-    camera: PinholeCamera, pose: PoseBelief, v: Array
-) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Jacobians by the vector v in the world and by the turn, pixels, and which are in front."""
-    b = v @ pose.R_world_body
-    c = b @ R_BODY_CAMERA
-    is_in_front = c[:, 2] > LEAST_DEPTH_M
-    c = np.where(is_in_front[:, None], c, [0.0, 0.0, 1.0])
-    by_body = pixel_jacobian(camera, c) @ R_BODY_CAMERA.T
-    return by_body @ pose.R_world_body.T, by_body @ skew(b), camera.project(c), is_in_front
+    return loops.view(camera.intrinsics_px, pose.position_m, pose.R_world_body, x, places, sizes)
 
 
 def new_features(
@@ -124,13 +98,7 @@ def points_of(features: Array) -> tuple[Array, Array]:
 
     Source: [Civera2008] Eq. 3.
     """
-    angles, rho = features[:, 3:5], features[:, 5:]
-    ray = ray_of_angles(angles)
-    J = np.empty((len(features), 3, 6))
-    J[:, :, :3] = np.eye(3)
-    J[:, :, 3:5] = ray_jacobian(angles) / rho[:, :, None]
-    J[:, :, 5] = -ray / rho**2
-    return features[:, :3] + ray / rho, J
+    return loops.points_of(features)
 
 
 def linearity(features: Array, rho_variance: Array, position_m: Array) -> Array:
@@ -139,11 +107,4 @@ def linearity(features: Array, rho_variance: Array, position_m: Array) -> Array:
     Source: [Civera2008] Eq. 38: 4 sigma_d / d1 |cos alpha|, with the depth's standard deviation
     sigma_d, the distance d1 from the camera now, and the parallax alpha.
     """
-    rho = features[:, 5]
-    ray = ray_of_angles(features[:, 3:5])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        now = features[:, :3] + ray / rho[:, None] - position_m
-        d1 = np.linalg.norm(now, axis=1)
-        cosine = np.abs(np.einsum("ij,ij->i", ray, now)) / d1
-        index = 4.0 * np.sqrt(rho_variance) / rho**2 / d1 * cosine
-    return np.where(np.isfinite(index) & (rho > 0.0), index, np.inf)
+    return loops.linearity(features, rho_variance, position_m)

@@ -10,7 +10,10 @@ axes. [Wu2022] calls R(q) "world to robot" in Eq. 2 and multiplies body incremen
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 R_BODY_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -29,15 +32,8 @@ def skew(v: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def rotation_of_vector(phi_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     """(..., 3, 3) rotations about (..., 3) axes by the vectors' lengths (Rodrigues' formula)."""
-    phi = np.asarray(phi_rad, float)
-    square = np.einsum("...i,...i->...", phi, phi)[..., None, None]
-    angle = np.sqrt(square)
-    is_small = angle < 1e-6
-    safe = np.where(is_small, 1.0, angle)
-    a = np.where(is_small, 1.0 - square / 6.0, np.sin(safe) / safe)
-    b = np.where(is_small, 0.5 - square / 24.0, (1.0 - np.cos(safe)) / safe**2)
-    K = skew(phi)
-    return np.eye(3) + a * K + b * (K @ K)
+    phi = np.ascontiguousarray(phi_rad, float)
+    return _of_vectors(phi.reshape(-1, 3)).reshape(*phi.shape, 3)
 
 
 def rotation_of_euler(phi_rad: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -47,16 +43,39 @@ def rotation_of_euler(phi_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     the angles are increments about the body's axes, but correct to first order only and without
     the normalisation that it needs. This is exact.
     """
-    phi = np.asarray(phi_rad, float)
-    (sr, sp, sy), (cr, cp, cy) = (np.moveaxis(f(phi), -1, 0) for f in (np.sin, np.cos))
-    rows = (
-        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-        (-sp, cp * sr, cp * cr),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    phi = np.ascontiguousarray(phi_rad, float)
+    return _of_eulers(phi.reshape(-1, 3)).reshape(*phi.shape, 3)
 
 
 def camera_rotation(R_world_body: NDArray[np.float64]) -> NDArray[np.float64]:
     """`R_camera_world` of a camera that looks along the body's x axis."""
     return R_BODY_CAMERA.T @ np.swapaxes(R_world_body, -1, -2)
+
+
+@njit(cache=True)
+def _of_vectors(phi: np.ndarray) -> np.ndarray:
+    R = np.empty((len(phi), 3, 3))
+    for i in range(len(phi)):
+        x, y, z = phi[i]
+        square = x * x + y * y + z * z
+        a, b = 1.0 - square / 6.0, 0.5 - square / 24.0
+        if square > 1e-12:
+            angle = math.sqrt(square)
+            a, b = math.sin(angle) / angle, (1.0 - math.cos(angle)) / square
+        R[i, 0] = 1.0 - b * (y * y + z * z), b * x * y - a * z, b * x * z + a * y
+        R[i, 1] = b * x * y + a * z, 1.0 - b * (x * x + z * z), b * y * z - a * x
+        R[i, 2] = b * x * z - a * y, b * y * z + a * x, 1.0 - b * (x * x + y * y)
+    return R
+
+
+@njit(cache=True)
+def _of_eulers(phi: np.ndarray) -> np.ndarray:
+    R = np.empty((len(phi), 3, 3))
+    for i in range(len(phi)):
+        roll, pitch, yaw = phi[i]
+        sr, sp, sy = math.sin(roll), math.sin(pitch), math.sin(yaw)
+        cr, cp, cy = math.cos(roll), math.cos(pitch), math.cos(yaw)
+        R[i, 0] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
+        R[i, 1] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
+        R[i, 2] = -sp, cp * sr, cp * cr
+    return R

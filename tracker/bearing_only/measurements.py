@@ -14,6 +14,7 @@ All arrays may carry a leading axis of independent runs, except feature observat
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -66,13 +67,18 @@ class PinholeCamera:
         size = np.array([self.width_px, self.height_px])
         return np.all((pixels >= 0.0) & (pixels < size), axis=-1)
 
+    @cached_property
+    def intrinsics_px(self) -> NDArray[np.float64]:
+        """(4,): s_u, s_v, u0, v0."""
+        return np.array([self.s_u_px, self.s_v_px, self.u0_px, self.v0_px], float)
+
     @property
     def _scale(self) -> NDArray[np.float64]:
-        return np.array([self.s_u_px, self.s_v_px])
+        return self.intrinsics_px[:2]
 
     @property
     def _centre(self) -> NDArray[np.float64]:
-        return np.array([self.u0_px, self.v0_px])
+        return self.intrinsics_px[2:]
 
 
 def _finite(name: str, values: ArrayLike, width: int) -> NDArray[np.float64]:

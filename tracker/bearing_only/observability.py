@@ -18,6 +18,7 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from tracker.bearing_only.frames import camera_rotation
@@ -60,31 +61,57 @@ def gain_gradient(
     dS as det(dS) dS^-1, which is 0 times infinity when dS is singular, as it is for a target on
     the optical axis (the start of both experiments); here it is -S^-1 dS S^-1.
     """
-    R_cw = camera_rotation(pose.R_world_body)
-    offset = np.einsum("...ij,...j->...i", R_cw, target.position_m - pose.position_m)
-    x, y, z = np.moveaxis(offset, -1, 0)
-    s = np.array([camera.s_u_px, camera.s_v_px])
-    H1 = np.zeros((*z.shape, 2, 3))
-    H1[..., 0, 0], H1[..., 1, 1] = s
-    H1[..., 0, 2], H1[..., 1, 2] = -s[0] * x / z, -s[1] * y / z
-    R_wc = np.swapaxes(R_cw, -1, -2)
-    P1 = R_cw @ target.covariance[..., :3, :3] @ R_wc
-    R1 = z[..., None, None] ** 2 * pixel_std_px**2 * np.eye(2)
-    S1_inverse = inverse_2x2(H1 @ P1 @ np.swapaxes(H1, -1, -2) + R1)
-    # Per component i of the displacement, on a new axis before the matrices.
-    h = -(H1 @ R_cw) / z[..., None, None]
-    dz = -R_cw[..., 2, :]
-    dH1 = np.zeros((*z.shape, 3, 2, 3))
-    dH1[..., :, :, 2] = -np.swapaxes(h, -1, -2)
-    half = dH1 @ (P1 @ np.swapaxes(H1, -1, -2))[..., None, :, :]
-    dR1 = (2.0 * pixel_std_px**2 * z[..., None] * dz)[..., None, None] * np.eye(2)
-    dS1 = half + np.swapaxes(half, -1, -2) + dR1
-    if kind == "log-det":
-        of_S1 = np.einsum("...ab,...iba->...i", S1_inverse, dS1)
-        return 0.5 * of_S1 - 2.0 * dz / z[..., None]
-    G1 = R_cw @ squared_position_block(target.covariance) @ R_wc
-    GHS = G1 @ np.swapaxes(H1, -1, -2) @ S1_inverse
-    middle = S1_inverse @ H1 @ GHS
-    return np.einsum("...ja,...iaj->...i", GHS, dH1) - 0.5 * np.einsum(
-        "...ab,...iba->...i", middle, dS1
+    leading = target.position_m.shape[:-1]
+    gradients = _gradients(
+        kind == "trace",
+        camera.intrinsics_px[:2],
+        pixel_std_px**2,
+        np.ascontiguousarray(camera_rotation(pose.R_world_body)).reshape(-1, 3, 3),
+        (target.position_m - pose.position_m).reshape(-1, 3),
+        target.covariance.reshape(-1, 6, 6),
     )
+    return gradients.reshape(*leading, 3)
+
+
+@njit(cache=True)
+def _gradients(
+    is_trace: bool,
+    s: np.ndarray,
+    variance: float,
+    R_camera_world: np.ndarray,
+    offsets: np.ndarray,
+    covariances: np.ndarray,
+) -> np.ndarray:
+    """`gain_gradient` for rotations (n, 3, 3), offsets to the target (n, 3), covariances (n, 6, 6).
+
+    `s` (2,) are the focal lengths, and `variance` is that of a pixel's coordinates.
+    """
+    gradients, dH1, R1 = np.empty((len(offsets), 3)), np.zeros((2, 3)), np.zeros((2, 2))
+    for n in range(len(offsets)):
+        R_cw, P = R_camera_world[n], covariances[n]
+        R_wc = np.ascontiguousarray(R_cw.T)
+        x, y, z = R_cw @ offsets[n]
+        H1 = np.array([[s[0], 0.0, -s[0] * x / z], [0.0, s[1], -s[1] * y / z]])
+        H1_T = np.ascontiguousarray(H1.T)
+        P1 = R_cw @ np.ascontiguousarray(P[:3, :3]) @ R_wc
+        P1_H1_T = P1 @ H1_T
+        R1[0, 0] = R1[1, 1] = z**2 * variance
+        S1 = H1 @ P1_H1_T + R1
+        determinant = S1[0, 0] * S1[1, 1] - S1[0, 1] * S1[1, 0]
+        S1_inverse = np.array([[S1[1, 1], -S1[0, 1]], [-S1[1, 0], S1[0, 0]]]) / determinant
+        G1 = R_cw @ np.ascontiguousarray(P[:3]) @ np.ascontiguousarray(P[:, :3]) @ R_wc
+        GHS = G1 @ H1_T @ S1_inverse
+        middle = S1_inverse @ H1 @ GHS
+        h = -(H1 @ R_cw) / z
+        for i in range(3):  # the components of the displacement
+            dz = -R_cw[2, i]
+            dH1[:, 2] = -h[:, i]
+            half = dH1 @ P1_H1_T
+            dS1 = half + half.T
+            dS1[0, 0] += 2.0 * variance * z * dz
+            dS1[1, 1] += 2.0 * variance * z * dz
+            if is_trace:
+                gradients[n, i] = np.sum(GHS.T * dH1) - 0.5 * np.sum(middle.T * dS1)
+            else:
+                gradients[n, i] = 0.5 * np.sum(S1_inverse.T * dS1) - 2.0 * dz / z
+    return gradients

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.bearing_only.frames import R_BODY_CAMERA, camera_rotation, skew
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief
-
-LEAST_DEPTH_M = 1e-3
-"""Points nearer to the image plane, or behind it, have no pixel."""
+from tracker.bearing_only.observation_loops import see_all
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,28 +32,16 @@ def view_target(
 
     Source: [Wu2022] Eqs. 3, 6 and 24 to 29 without displacement, f = 1. Its Eq. 28 differentiates
     by the vehicle's displacement, hence the minus there. Camera mount, intrinsics and distortion
-    are exact here, so that their terms of Eq. 7 are zero.
+    are exact here, so that their terms of Eq. 7 are zero. One that is not in front has the
+    Jacobians of a point straight ahead.
     """
-    R_camera_world = camera_rotation(pose.R_world_body)
-    offset = target_m - pose.position_m
-    b = np.einsum("...ji,...j->...i", pose.R_world_body, offset)
-    c = b @ R_BODY_CAMERA
-    is_in_front = c[..., 2] > LEAST_DEPTH_M
-    c = np.where(is_in_front[..., None], c, [0.0, 0.0, 1.0])
-    by_camera_point = pixel_jacobian(camera, c)
-    by_target = by_camera_point @ R_camera_world
-    by_turn = by_camera_point @ (R_BODY_CAMERA.T @ skew(b))
-    by_pose = np.concatenate([-by_target, by_turn], axis=-1)
-    return TargetView(camera.project(c), by_target, by_pose, is_in_front)
-
-
-def pixel_jacobian(camera: PinholeCamera, c: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(..., 2, 3) derivative of the pixel by the (..., 3) point in the camera's frame.
-
-    This is H1 / z of [Wu2022] Eq. 29.
-    """
-    x, y, z = np.moveaxis(c, -1, 0)
-    J = np.zeros((*z.shape, 2, 3))
-    J[..., 0, 0], J[..., 0, 2] = camera.s_u_px / z, -camera.s_u_px * x / z**2
-    J[..., 1, 1], J[..., 1, 2] = camera.s_v_px / z, -camera.s_v_px * y / z**2
-    return J
+    leading = target_m.shape[:-1]
+    R = np.broadcast_to(pose.R_world_body, (*leading, 3, 3)).reshape(-1, 3, 3)
+    v = (target_m - pose.position_m).reshape(-1, 3)
+    pixel, by_target, by_turn, is_in_front = see_all(camera.intrinsics_px, R, v)
+    return TargetView(
+        pixel.reshape(*leading, 2),
+        by_target.reshape(*leading, 2, 3),
+        np.concatenate([-by_target, by_turn], axis=-1).reshape(*leading, 2, 6),
+        is_in_front.reshape(leading),
+    )

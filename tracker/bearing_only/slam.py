@@ -12,22 +12,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.bearing_only.covariance import (
-    POSE,
-    correct,
-    innovation_blocks,
-    project,
-    selected,
-)
-from tracker.bearing_only.features import (
-    linearity,
-    new_features,
-    points_of,
-    view_inverse_depth,
-    view_points,
-)
+from tracker.bearing_only.covariance import JointCovariance
+from tracker.bearing_only.features import linearity, new_features, points_of, view_landmarks
 from tracker.bearing_only.frames import rotation_of_vector
-from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH, LandmarkTable
+from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH, POSE, LandmarkTable
 from tracker.bearing_only.measurements import (
     FeatureObservation,
     Measurements,
@@ -35,7 +23,7 @@ from tracker.bearing_only.measurements import (
     PoseBelief,
 )
 from tracker.bearing_only.pose_sources import moved_position, odometry_jacobians, odometry_noise
-from tracker.bearing_only.target_filter import inverse_2x2
+from tracker.bearing_only.target_filter import determinant_2x2, inverse_2x2
 from tracker.checks import require_count, require_positive, require_share
 
 _SURELY = 3.0
@@ -66,7 +54,7 @@ class SlamConfig:
     trial_count: int = 10
     """Sightings after which a landmark has to be found as often as `found_share`."""
     found_share: float = 0.5
-    most: int = 30
+    most: int = 20
     """Landmarks at most that correct the state in one image: those of which least is known."""
     capacity: int = 400
     """Landmarks at most; of those out of view the longest unseen has to go."""
@@ -94,14 +82,14 @@ class MonocularSlam:
         self._position = np.array(start.position_m, float)
         self._R = np.array(start.R_world_body, float)
         self._x = np.empty(0)
-        self._P: NDArray[np.float64] = np.array(start.covariance, float, order="C")
-        self._table = LandmarkTable(POSE)
+        self._P = JointCovariance(start.covariance)
+        self._table = LandmarkTable()
         self._iteration = 0
 
     @property
     def pose(self) -> PoseBelief:
         """The pose now."""
-        return PoseBelief(self._position.copy(), self._R.copy(), self._P[:POSE, :POSE].copy())
+        return PoseBelief(self._position.copy(), self._R.copy(), self._P.pose)
 
     @property
     def state_size(self) -> int:
@@ -115,8 +103,7 @@ class MonocularSlam:
         for size in (INVERSE_DEPTH, COORDINATES):
             rows = np.flatnonzero(self._table.sizes == size)
             index = self._table.indices(rows, size)
-            P = self._P[index[:, :, None], index[:, None, :]]
-            values = self._x[index - POSE]
+            values, P = self._x[index - POSE], self._P.blocks(index)
             if size == INVERSE_DEPTH:
                 values, J = points_of(values)
                 P = J @ P @ np.swapaxes(J, 1, 2)
@@ -144,28 +131,26 @@ class MonocularSlam:
         dR, F = odometry_jacobians(pose.R_world_body, increment)
         Q = odometry_noise(pose.R_world_body, config.odometry_std_m, config.odometry_std_rad)
         self._position, self._R = moved_position(pose, increment), self._R @ dR
-        rows = F @ self._P[:POSE]
-        rows[:, :POSE] = rows[:, :POSE] @ F.T + Q
-        self._P[:POSE] = rows
-        self._P[:, :POSE] = rows.T
+        self._P.move_pose(F, Q)
 
     def _correct(self, rows: NDArray[np.int64], pixels: NDArray[np.float64]) -> None:
         """Takes in the pixels of known landmarks, at once those that pass the gate and count."""
-        predicted, by_pose, by_feature, is_in_front = self._view(rows)
-        starts, noise_std = self._table.starts[rows], self.config.pixel_std_px
-        blocks = innovation_blocks(by_pose, by_feature, starts, self._P, noise_std)
+        table, config = self._table, self.config
+        starts = table.starts[rows]
+        predicted, by_pose, by_feature, is_in_front = view_landmarks(
+            config.camera, self.pose, self._x, starts - POSE, table.sizes[rows]
+        )
+        blocks = self._P.innovation_blocks((by_pose, by_feature, starts), config.pixel_std_px)
         residual = pixels - predicted
         distance = np.einsum("ni,nij,nj->n", residual, inverse_2x2(blocks), residual)
-        is_believed = is_in_front & (distance < self.config.gate)
-        table = self._table
+        is_believed = is_in_front & (distance < config.gate)
         table.tried[rows] += 1
         table.found[rows] += is_believed
         table.last_seen[rows] = self._iteration
         used = self._least_known(np.flatnonzero(is_believed), blocks)
         if len(used):
             seen = by_pose[used], by_feature[used], starts[used]
-            HP, S = project(*seen, self._P, noise_std)
-            self._move(correct(self._P, HP, S, residual[used].reshape(-1)))
+            self._move(self._P.correct(seen, residual[used].reshape(-1), config.pixel_std_px))
 
     def _least_known(
         self, believed: NDArray[np.int64], blocks: NDArray[np.float64]
@@ -173,25 +158,8 @@ class MonocularSlam:
         """The part of `believed` that corrects, by the innovations' blocks (n, 2, 2)."""
         if len(believed) <= self.config.most:
             return believed
-        volume = np.linalg.det(blocks[believed])
+        volume = determinant_2x2(blocks[believed])
         return np.sort(believed[np.argsort(-volume, kind="stable")[: self.config.most]])
-
-    def _view(self, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:
-        """Pixels (n, 2), Jacobians (n, 2, 6) by pose and by landmark, and which are in front.
-
-        The derivatives by a landmark with three numbers are followed by zeros.
-        """
-        n, pose = len(rows), self.pose
-        predicted, is_in_front = np.empty((n, 2)), np.empty(n, bool)
-        by_pose, by_feature = np.empty((n, 2, POSE)), np.zeros((n, 2, INVERSE_DEPTH))
-        for size, view in ((INVERSE_DEPTH, view_inverse_depth), (COORDINATES, view_points)):
-            which = np.flatnonzero(self._table.sizes[rows] == size)
-            if len(which):
-                values = self._x[self._table.indices(rows[which], size) - POSE]
-                seen = view(self.config.camera, pose, values)
-                predicted[which], by_pose[which], by_feature[which, :, :size] = seen[:3]
-                is_in_front[which] = seen[3]
-        return predicted, by_pose, by_feature, is_in_front
 
     def _move(self, error: NDArray[np.float64]) -> None:
         """Puts the estimated error into the state."""
@@ -205,20 +173,16 @@ class MonocularSlam:
         if not len(rows):
             return
         index = self._table.indices(rows, INVERSE_DEPTH)
-        features = self._x[index - POSE]
-        variance = self._P[index[:, 5], index[:, 5]]
+        features, variance = self._x[index - POSE], self._P.variances(index[:, 5])
         chosen = linearity(features, variance, self._position) < self.config.linearity
         if not chosen.any():
             return
         index = index[chosen]
         points, J = points_of(features[chosen])
         self._x[index[:, :COORDINATES] - POSE] = points
-        N = self.state_size
-        self._P[index[:, :COORDINATES]] = J @ self._P[index]
-        columns = np.einsum("Nnf,ncf->Nnc", self._P[:, index], J)
-        self._P[:, index[:, :COORDINATES]] = columns
-        self._table.sizes[rows[chosen]] = COORDINATES
-        is_kept = np.ones(N, bool)
+        self._P.to_coordinates(index[:, 0], J)
+        self._table.to_coordinates(rows[chosen])
+        is_kept = np.ones(self.state_size, bool)
         is_kept[index[:, COORDINATES:]] = False
         self._shrink(is_kept)
 
@@ -231,7 +195,7 @@ class MonocularSlam:
         deep = np.flatnonzero(table.sizes == INVERSE_DEPTH)
         if len(deep):
             place = table.starts[deep] + 5
-            rho, std = self._x[place - POSE], np.sqrt(self._P[place, place])
+            rho, std = self._x[place - POSE], np.sqrt(self._P.variances(place))
             is_bad[deep[rho + _SURELY * std < 0.0]] = True
         surplus = len(table) - int(is_bad.sum()) - config.capacity
         if surplus > 0:
@@ -246,26 +210,18 @@ class MonocularSlam:
 
     def _shrink(self, is_kept: NDArray[np.bool_]) -> None:
         """Leaves out numbers of the state."""
-        self._P = selected(self._P, np.flatnonzero(is_kept))
+        self._P.keep(np.flatnonzero(is_kept))
         self._x = self._x[is_kept[POSE:]]
 
     def _enter(self, new: FeatureObservation) -> None:
         """New landmarks: correlated with the pose from which they are first seen."""
-        config, N, n = self.config, self.state_size, len(new.ids)
+        config, n = self.config, len(new.ids)
         features, by_pose, by_pixel = new_features(
             config.camera, self.pose, new.pixels, config.rho_per_m
         )
-        J = by_pose.reshape(-1, POSE)
         own = np.zeros((n, INVERSE_DEPTH, INVERSE_DEPTH))
         own[:, 3:5, 3:5] = config.pixel_std_px**2 * by_pixel @ np.swapaxes(by_pixel, 1, 2)
         own[:, 5, 5] = config.rho_std_per_m**2
-        P = np.empty((N + len(J), N + len(J)))
-        P[:N, :N] = self._P
-        P[N:, :N] = J @ self._P[:POSE]
-        P[:N, N:] = P[N:, :N].T
-        P[N:, N:] = J @ self._P[:POSE, :POSE] @ J.T
-        index = N + np.arange(len(J)).reshape(n, INVERSE_DEPTH)
-        P[index[:, :, None], index[:, None, :]] += own
-        self._P = P
+        self._P.append(by_pose.reshape(-1, POSE), own)
         self._x = np.concatenate([self._x, features.reshape(-1)])
         self._table.add(new.ids, self._iteration)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
@@ -89,21 +90,51 @@ def correct(
         pixel: (..., 2).
         R: (..., 2, 2): noise of the pixel and what the doubt about the pose adds.
     """
-    n = state.shape[-1]
-    H = np.zeros((*state.shape[:-1], 2, n))
-    H[..., :3] = view.by_target
-    HT = np.swapaxes(H, -1, -2)
-    PHT = covariance @ HT
-    S = H @ PHT + R
-    inverse = inverse_2x2(S)
-    K = PHT @ inverse
-    residual = pixel - view.pixel
-    left = np.eye(n) - K @ H
-    new = left @ covariance @ np.swapaxes(left, -1, -2) + K @ R @ np.swapaxes(K, -1, -2)
-    distance = np.einsum("...i,...ij,...j->...", residual, inverse, residual)
-    log_likelihood = -0.5 * (distance + np.log(_determinant(S))) - np.log(2.0 * np.pi)
-    moved = state + np.einsum("...ij,...j->...i", K, residual)
-    return Correction(moved, 0.5 * (new + np.swapaxes(new, -1, -2)), S, log_likelihood)
+    n, leading = state.shape[-1], state.shape[:-1]
+    residual = np.ascontiguousarray(np.broadcast_to(pixel - view.pixel, (*leading, 2)))
+    moved, P, S, log_likelihood = _corrections(
+        state.reshape(-1, n),
+        covariance.reshape(-1, n, n),
+        view.by_target.reshape(-1, 2, 3),
+        residual.reshape(-1, 2),
+        R.reshape(-1, 2, 2),
+    )
+    return Correction(
+        moved.reshape(state.shape),
+        P.reshape(covariance.shape),
+        S.reshape(*leading, 2, 2),
+        log_likelihood.reshape(leading),
+    )
+
+
+@njit(cache=True)
+def _corrections(
+    states: np.ndarray,
+    covariances: np.ndarray,
+    by_target: np.ndarray,
+    residuals: np.ndarray,
+    noises: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """`correct` for (m, n) states, (m, 2, 3) derivatives and (m, 2) residuals."""
+    m, n = states.shape
+    moved, corrected = np.empty_like(states), np.empty_like(covariances)
+    innovations, log_likelihood = np.empty((m, 2, 2)), np.empty(m)
+    H, eye = np.zeros((2, n)), np.eye(n)
+    for i in range(m):
+        H[:, :3] = by_target[i]
+        P, R, residual = covariances[i], noises[i], residuals[i]
+        PHT = P @ np.ascontiguousarray(H.T)
+        S = H @ PHT + R
+        determinant = S[0, 0] * S[1, 1] - S[0, 1] * S[1, 0]
+        inverse = np.array([[S[1, 1], -S[0, 1]], [-S[1, 0], S[0, 0]]]) / determinant
+        K = PHT @ inverse
+        left = eye - K @ H
+        new = left @ P @ np.ascontiguousarray(left.T) + K @ R @ np.ascontiguousarray(K.T)
+        distance = residual @ inverse @ residual
+        moved[i], corrected[i] = states[i] + K @ residual, 0.5 * (new + new.T)
+        innovations[i] = S
+        log_likelihood[i] = -0.5 * (distance + np.log(determinant)) - np.log(2.0 * np.pi)
+    return moved, corrected, innovations, log_likelihood
 
 
 def inverse_2x2(S: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -111,10 +142,11 @@ def inverse_2x2(S: NDArray[np.float64]) -> NDArray[np.float64]:
     adjugate = np.empty_like(S)
     adjugate[..., 0, 0], adjugate[..., 1, 1] = S[..., 1, 1], S[..., 0, 0]
     adjugate[..., 0, 1], adjugate[..., 1, 0] = -S[..., 0, 1], -S[..., 1, 0]
-    return adjugate / _determinant(S)[..., None, None]
+    return adjugate / determinant_2x2(S)[..., None, None]
 
 
-def _determinant(S: NDArray[np.float64]) -> NDArray[np.float64]:
+def determinant_2x2(S: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(...,) of (..., 2, 2) matrices."""
     return S[..., 0, 0] * S[..., 1, 1] - S[..., 0, 1] * S[..., 1, 0]
 
 

@@ -9,10 +9,10 @@ from tracker.bearing_only.features import (
     points_of,
     ray_jacobian,
     ray_of_angles,
-    view_inverse_depth,
-    view_points,
+    view_landmarks,
 )
 from tracker.bearing_only.frames import rotation_of_vector
+from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief
 
 CAMERA = PinholeCamera()
@@ -33,6 +33,14 @@ def moved(pose, error):
     return PoseBelief(pose.position_m + error[:3], R, pose.covariance)
 
 
+def view(pose, landmarks):
+    """`view_landmarks` of (n, 6) or (n, 3) numbers."""
+    n, size = landmarks.shape
+    places = size * np.arange(n)
+    assert size in (INVERSE_DEPTH, COORDINATES)
+    return view_landmarks(CAMERA, pose, landmarks.reshape(-1), places, np.full(n, size))
+
+
 def numeric(function, size, step=1e-6):
     columns = [(function(e) - function(-e)) / (2 * step) for e in step * np.eye(size)]
     return np.stack(columns, axis=-1)
@@ -40,27 +48,43 @@ def numeric(function, size, step=1e-6):
 
 def test_a_new_landmark_is_seen_where_it_was_found(scene):
     pose, pixels, features, *_ = scene
-    seen = view_inverse_depth(CAMERA, pose, features)
+    seen = view(pose, features)
     assert np.allclose(seen[0], pixels)
     assert seen[3].all()
-    assert np.allclose(view_points(CAMERA, pose, points_of(features)[0])[0], pixels)
+    assert np.allclose(view(pose, points_of(features)[0])[0], pixels)
 
 
 def test_jacobians_by_pose_and_feature_are_those_of_finite_differences(scene):
     pose, _, features, *_ = scene
     later = moved(pose, np.array([0.3, -0.2, 0.1, 0.01, 0.02, -0.03]))
-    _, by_pose, by_feature, _ = view_inverse_depth(CAMERA, later, features)
-    of_pose = numeric(lambda e: view_inverse_depth(CAMERA, moved(later, e), features)[0], 6)
-    of_feature = numeric(lambda e: view_inverse_depth(CAMERA, later, features + e)[0], 6)
-    assert np.allclose(by_pose, of_pose, rtol=1e-5, atol=1e-3)
-    assert np.allclose(by_feature, of_feature, rtol=1e-5, atol=1e-3)
     points, J = points_of(features)
     assert np.allclose(J, numeric(lambda e: points_of(features + e)[0], 6), rtol=1e-5, atol=1e-4)
-    _, by_pose, by_point, _ = view_points(CAMERA, later, points)
-    of_pose = numeric(lambda e: view_points(CAMERA, moved(later, e), points)[0], 6)
-    of_point = numeric(lambda e: view_points(CAMERA, later, points + e)[0], 3)
-    assert np.allclose(by_pose, of_pose, rtol=1e-5, atol=1e-3)
-    assert np.allclose(by_point, of_point, rtol=1e-5, atol=1e-3)
+    for landmarks in (features, points):
+        size = landmarks.shape[1]
+        _, by_pose, by_landmark, _ = view(later, landmarks)
+        of_pose = numeric(lambda e, known=landmarks: view(moved(later, e), known)[0], 6)
+        of_landmark = numeric(lambda e, known=landmarks: view(later, known + e)[0], size)
+        assert np.allclose(by_pose, of_pose, rtol=1e-5, atol=1e-3)
+        assert np.allclose(by_landmark[:, :, :size], of_landmark, rtol=1e-5, atol=1e-3)
+        assert not by_landmark[:, :, size:].any()
+
+
+def test_landmarks_of_both_kinds_are_seen_as_each_alone(scene):
+    pose, pixels, features, *_ = scene
+    points, _ = points_of(features)
+    x = np.concatenate([points[0], features[1], points[2], features[3]])
+    places, sizes = np.array([0, 3, 9, 12]), np.array([3, 6, 3, 6])
+    seen, alone = view_landmarks(CAMERA, pose, x, places, sizes), view(pose, features[:4])
+    assert np.allclose(seen[0], pixels[:4])
+    np.testing.assert_array_equal(seen[2][[1, 3]], alone[2][[1, 3]])
+
+
+def test_one_behind_is_told_and_has_finite_derivatives(scene):
+    pose = scene[0]
+    behind = pose.position_m - 5.0 * pose.R_world_body[:, 0]
+    pixels, by_pose, by_point, is_in_front = view(pose, behind[None])
+    assert not is_in_front.any()
+    assert all(np.isfinite(values).all() for values in (pixels, by_pose, by_point))
 
 
 def test_the_birth_s_jacobians_are_those_of_finite_differences(scene):
