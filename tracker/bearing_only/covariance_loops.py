@@ -13,7 +13,7 @@ from numba import njit
 from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH, POSE
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def widen(memory: np.ndarray, old: int, new: int) -> None:
     """Lays the upper half of (old, old) out anew as the first part of (new, new), new >= old."""
     row = np.empty(old)
@@ -23,7 +23,7 @@ def widen(memory: np.ndarray, old: int, new: int) -> None:
         _copy(memory[i * new + i :], row, length)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def select(memory: np.ndarray, size: int, kept: np.ndarray) -> None:
     """Leaves of (size, size) the rows and columns `kept` (k,), ascending, as (k, k)."""
     k, row = len(kept), np.empty(size)
@@ -39,7 +39,7 @@ def select(memory: np.ndarray, size: int, kept: np.ndarray) -> None:
             j = end[j]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def corner(P: np.ndarray, size: int) -> np.ndarray:
     """(size, size): a copy of the first rows and columns, with both halves."""
     part = np.empty((size, size))
@@ -49,13 +49,13 @@ def corner(P: np.ndarray, size: int) -> np.ndarray:
     return part
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _copy(target: np.ndarray, source: np.ndarray, count: int) -> None:
     for j in range(count):
         target[j] = source[j]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def innovation_blocks(
     P: np.ndarray, by_pose: np.ndarray, by_feature: np.ndarray, starts: np.ndarray, variance: float
 ) -> np.ndarray:
@@ -91,7 +91,7 @@ def innovation_blocks(
     return blocks
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def project(
     P: np.ndarray, by_pose: np.ndarray, by_feature: np.ndarray, starts: np.ndarray, variance: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -126,14 +126,14 @@ def project(
     return HP, S
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _add(u: np.ndarray, v: np.ndarray, of_u: float, of_v: float, row: np.ndarray) -> None:
     for j in range(len(row)):
         u[j] += of_u * row[j]
         v[j] += of_v * row[j]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def to_coordinates(P: np.ndarray, starts: np.ndarray, J: np.ndarray) -> None:
     """Puts the covariance of J (n, 3, 6) times a landmark's numbers in the place of its first."""
     old, new = np.empty(INVERSE_DEPTH), np.empty(COORDINATES)

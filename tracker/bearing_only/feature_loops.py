@@ -13,7 +13,7 @@ from tracker.bearing_only.observation_loops import dot, see
 _NO_RAY = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def view(
     intrinsics_px: np.ndarray,
     position_m: np.ndarray,
@@ -47,7 +47,7 @@ def view(
     return pixels, by_pose, by_feature, is_in_front
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def points_of(features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """`features.points_of`."""
     n = len(features)
@@ -63,7 +63,7 @@ def points_of(features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return points, J
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def linearity(features: np.ndarray, rho_variance: np.ndarray, position_m: np.ndarray) -> np.ndarray:
     """`features.linearity`."""
     index = np.full(len(features), np.inf)
@@ -82,7 +82,7 @@ def linearity(features: np.ndarray, rho_variance: np.ndarray, position_m: np.nda
     return index
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _ray(azimuth: float, elevation: float) -> tuple[tuple[float, float, float], ...]:
     """The unit vector in the world, and its derivatives by the two angles."""
     ca, sa = math.cos(azimuth), math.sin(azimuth)

@@ -52,7 +52,7 @@ def camera_rotation(R_world_body: NDArray[np.float64]) -> NDArray[np.float64]:
     return R_BODY_CAMERA.T @ np.swapaxes(R_world_body, -1, -2)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _of_vectors(phi: np.ndarray) -> np.ndarray:
     R = np.empty((len(phi), 3, 3))
     for i in range(len(phi)):
@@ -68,7 +68,7 @@ def _of_vectors(phi: np.ndarray) -> np.ndarray:
     return R
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _of_eulers(phi: np.ndarray) -> np.ndarray:
     R = np.empty((len(phi), 3, 3))
     for i in range(len(phi)):

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from tracker.bearing_only.frames import camera_rotation
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observation import view_target
-from tracker.bearing_only.target_filter import inverse_2x2
+from tracker.bearing_only.target_filter import inverse_2x2, inverse_and_determinant
 
 Gain: TypeAlias = Literal["trace", "log-det"]
 
@@ -73,7 +73,7 @@ def gain_gradient(
     return gradients.reshape(*leading, 3)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _gradients(
     is_trace: bool,
     s: np.ndarray,
@@ -97,8 +97,7 @@ def _gradients(
         P1_H1_T = P1 @ H1_T
         R1[0, 0] = R1[1, 1] = z**2 * variance
         S1 = H1 @ P1_H1_T + R1
-        determinant = S1[0, 0] * S1[1, 1] - S1[0, 1] * S1[1, 0]
-        S1_inverse = np.array([[S1[1, 1], -S1[0, 1]], [-S1[1, 0], S1[0, 0]]]) / determinant
+        S1_inverse, _ = inverse_and_determinant(S1)
         G1 = R_cw @ np.ascontiguousarray(P[:3]) @ np.ascontiguousarray(P[:, :3]) @ R_wc
         GHS = G1 @ H1_T @ S1_inverse
         middle = S1_inverse @ H1 @ GHS

@@ -15,7 +15,7 @@ LEAST_DEPTH_M = 1e-3
 """Points nearer to the image plane, or behind it, have no pixel."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def see_all(
     intrinsics_px: np.ndarray, R_world_body: np.ndarray, v: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -31,7 +31,7 @@ def see_all(
     return pixels, by_v, by_turn, is_in_front
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def see(
     intrinsics_px: np.ndarray,
     R_world_body: np.ndarray,
@@ -73,7 +73,7 @@ def see(
     return is_in_front
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def dot(a: Three, b: Three) -> float:
     """Of three numbers; faster than that of libraries."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -107,7 +107,7 @@ def correct(
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _corrections(
     states: np.ndarray,
     covariances: np.ndarray,
@@ -125,8 +125,7 @@ def _corrections(
         P, R, residual = covariances[i], noises[i], residuals[i]
         PHT = P @ np.ascontiguousarray(H.T)
         S = H @ PHT + R
-        determinant = S[0, 0] * S[1, 1] - S[0, 1] * S[1, 0]
-        inverse = np.array([[S[1, 1], -S[0, 1]], [-S[1, 0], S[0, 0]]]) / determinant
+        inverse, determinant = inverse_and_determinant(S)
         K = PHT @ inverse
         left = eye - K @ H
         new = left @ P @ np.ascontiguousarray(left.T) + K @ R @ np.ascontiguousarray(K.T)
@@ -135,6 +134,13 @@ def _corrections(
         innovations[i] = S
         log_likelihood[i] = -0.5 * (distance + np.log(determinant)) - np.log(2.0 * np.pi)
     return moved, corrected, innovations, log_likelihood
+
+
+@njit(cache=True, error_model="numpy")
+def inverse_and_determinant(S: np.ndarray) -> tuple[np.ndarray, float]:
+    """Of one (2, 2) matrix, for compiled code."""
+    determinant = S[0, 0] * S[1, 1] - S[0, 1] * S[1, 0]
+    return np.array([[S[1, 1], -S[0, 1]], [-S[1, 0], S[0, 0]]]) / determinant, determinant
 
 
 def inverse_2x2(S: NDArray[np.float64]) -> NDArray[np.float64]:
