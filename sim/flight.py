@@ -19,10 +19,6 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-BOX_LOW_M = np.array([-25.0, -25.0, -10.0])
-BOX_HIGH_M = np.array([25.0, 25.0, 10.0])
-"""The room of [Wu2022] section 6.1.1."""
-
 _BODY_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """Columns: camera axes (right, down, forward) in the body."""
 

@@ -88,10 +88,7 @@ class _Study:
         return list(dict.fromkeys(replaced))
 
     def _film(self, runs: list[FlightRun]) -> list[Path]:
-        if self.pixels:
-            from experiments.bearing_only.image_film import film
-        else:
-            from experiments.bearing_only.film import film
+        from experiments.bearing_only.film import film
 
         firsts = {run.controller: run for run in reversed(runs) if run.seed == self.first_seed}
         return [film(run, self.out / "videos") for run in firsts.values()]

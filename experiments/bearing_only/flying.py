@@ -86,6 +86,7 @@ class Instant:
     pilot: BearingPilot
     source: PoseSource
     senses: Senses
+    motion: MotionCommand
 
 
 def fly(runs: Sequence[FlightRun], watch: Callable[[Instant], None] | None = None) -> Flown:
@@ -123,7 +124,7 @@ def fly(runs: Sequence[FlightRun], watch: Callable[[Instant], None] | None = Non
             if pilot.has_target:
                 _note(log, flight, pilot, motion, reckoned, measurements)
             if watch is not None:
-                watch(Instant(flight, pilot, source, senses))
+                watch(Instant(flight, pilot, source, senses, motion))
             odometry = motion.increment
             if k + 1 < first.iteration_count:
                 flight.move(odometry.displacement_m, odometry.rotation_rad)

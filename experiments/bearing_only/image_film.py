@@ -1,20 +1,18 @@
-"""Films of flights among images: what the camera sees with what is seen in it, and from above."""
+"""Pictures of a flight from images: what the camera sees, what is seen in it, and from above."""
 
 from __future__ import annotations
 
 from collections import deque
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from experiments.bearing_only.config import FlightRun
-from experiments.bearing_only.flying import Instant, fly
+from experiments.bearing_only.flying import Instant
 from experiments.bearing_only.image_senses import ImageSenses
-from experiments.bearing_only.studies import world_of
 from experiments.bearing_only.top_view import Colour, TopView
-from experiments.movie import INK, Movie, caption
+from experiments.movie import INK, caption
 from tracker.bearing_only.camshift import SightingStatus
 from tracker.bearing_only.eye import Glimpse
 
@@ -85,15 +83,6 @@ def colour_of(name: int) -> Colour:
     rgb = cv2.cvtColor(np.array([[[20 + hue, 200, 255]]], np.uint8), cv2.COLOR_HSV2RGB)
     red, green, blue = rgb[0, 0].tolist()
     return red, green, blue
-
-
-def film(run: FlightRun, folder: Path) -> Path:
-    """Flies the run once more and writes its film, an MP4; returns the path."""
-    path = folder / f"{run.study}_{run.controller}_seed{run.seed}.mp4"
-    making = ImageFilm(run)
-    with Movie(path, round(1.0 / world_of(run).dt_s)) as movie:
-        fly([run], lambda instant: movie.add(making.picture(instant)))
-    return path
 
 
 def _draw_target(image: NDArray[np.uint8], glimpse: Glimpse) -> None:

@@ -6,10 +6,10 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from experiments.bearing_only.flying import Instant
-from sim.flight import BOX_HIGH_M, BOX_LOW_M
+from sim.flight import FlightConfig
 from tracker.bearing_only.slam import MonocularSlam
 
 Colour: TypeAlias = tuple[int, int, int]
@@ -20,8 +20,10 @@ LANDMARK: Colour = (150, 150, 150)
 BELIEF: Colour = (30, 30, 30)
 _SHIFT = 4
 _SIGMAS = 2.0
-_WIDEST_M = 12.0
-"""A landmark that is less certain than this is not drawn: its ellipse would hide the others."""
+_WIDEST = 0.24
+"""Of the room: a landmark that is less certain is not drawn: its ellipse would hide the others."""
+_SIGHT = 0.08
+"""Of the room: how far the sides of the camera's view are drawn."""
 _KEY = (("vehicle", ROBOT), ("target", TARGET), ("landmarks", LANDMARK), ("estimates", BELIEF))
 
 
@@ -44,7 +46,7 @@ class TopView:
         self._ways["robot_estimate"].append(pilot.pose.position_m)
         if pilot.has_target:
             self._ways["target_estimate"].append(pilot.target.position_m)
-        chart = _Chart(size_px)
+        chart = _Chart(flight.config, size_px)
         if isinstance(instant.source, MonocularSlam):
             _, points, covariances = instant.source.landmarks()
             for point, P in zip(points, covariances, strict=True):
@@ -66,40 +68,43 @@ class TopView:
 class _Chart:
     """A white picture of the room; x to the right, y up."""
 
-    def __init__(self, size_px: int) -> None:
+    def __init__(self, world: FlightConfig, size_px: int) -> None:
         self.picture: NDArray[np.uint8] = np.full((size_px, size_px, 3), 255, np.uint8)
-        self._px_per_m = size_px / (1.1 * float(BOX_HIGH_M[0] - BOX_LOW_M[0]))
-        self._size_px = size_px
-        low, high = self._place(BOX_LOW_M), self._place(BOX_HIGH_M)
-        cv2.rectangle(self.picture, low, high, (205, 205, 205), 1, cv2.LINE_AA, _SHIFT)
+        low, high = np.array(world.landmark_low_m)[:2], np.array(world.landmark_high_m)[:2]
+        self._middle_m, self._size_px = 0.5 * (low + high), size_px
+        self._room_m = float(np.max(high - low))
+        self._px_per_m = size_px / (1.1 * self._room_m)
+        self._half_view_rad = np.arctan2(world.camera.u0_px, world.camera.s_u_px)
+        corners = [low, (low[0], high[1]), high, (high[0], low[1]), low]
+        self.way(corners, (205, 205, 205), 1)
 
-    def _place(self, point_m: NDArray[np.float64]) -> tuple[int, int]:
-        """Sixteenths of a pixel."""
-        middle = 0.5 * (BOX_LOW_M + BOX_HIGH_M)
-        x, y = (np.asarray(point_m)[:2] - middle[:2]) * [1.0, -1.0] * self._px_per_m
-        column, row = (2**_SHIFT * (0.5 * self._size_px + value) for value in (x, y))
-        return round(column), round(row)
+    def _places(self, points_m: ArrayLike) -> NDArray[np.int32]:
+        """(..., 2) sixteenths of a pixel of (..., 2 or 3) points."""
+        offset_m = np.asarray(points_m, float)[..., :2] - self._middle_m
+        pixels = 0.5 * self._size_px + offset_m * [1.0, -1.0] * self._px_per_m
+        return np.rint(2**_SHIFT * pixels).astype(np.int32)
 
-    def way(self, points_m: list[NDArray[np.float64]], colour: Colour, width_px: int) -> None:
+    def way(self, points_m: ArrayLike, colour: Colour, width_px: int) -> None:
         """A line through the points."""
-        if len(points_m) > 1:
-            line = np.array([self._place(point) for point in points_m], np.int32)
+        line = self._places(points_m)
+        if len(line) > 1:
             cv2.polylines(self.picture, [line], False, colour, width_px, cv2.LINE_AA, _SHIFT)
 
     def dot(self, point_m: NDArray[np.float64], colour: Colour) -> None:
         """A disc."""
         radius = round(2**_SHIFT * 4.5)
-        cv2.circle(self.picture, self._place(point_m), radius, colour, -1, cv2.LINE_AA, _SHIFT)
+        place = self._places(point_m).tolist()
+        cv2.circle(self.picture, place, radius, colour, -1, cv2.LINE_AA, _SHIFT)
 
     def sight(
         self, point_m: NDArray[np.float64], forward: NDArray[np.float64], colour: Colour
     ) -> None:
-        """The two sides of the camera's view, 45 degrees from its axis."""
+        """The two sides of the camera's view."""
         yaw = np.arctan2(forward[1], forward[0])
-        for angle in (yaw - np.pi / 4, yaw + np.pi / 4):
-            end = point_m[:2] + 4.0 * np.array([np.cos(angle), np.sin(angle)])
-            ends = self._place(point_m), self._place(end)
-            cv2.line(self.picture, *ends, colour, 1, cv2.LINE_AA, _SHIFT)
+        for angle in (yaw - self._half_view_rad, yaw + self._half_view_rad):
+            direction = np.array([np.cos(angle), np.sin(angle)])
+            end = point_m[:2] + _SIGHT * self._room_m * direction
+            self.way([point_m[:2], end], colour, 1)
 
     def ellipse(
         self,
@@ -111,11 +116,11 @@ class _Chart:
         """Two standard deviations of the horizontal position."""
         values, vectors = np.linalg.eigh(covariance[:2, :2])
         axes_m = _SIGMAS * np.sqrt(np.maximum(values, 0.0))
-        if not np.isfinite(axes_m).all() or axes_m.max() > _WIDEST_M:
+        if not np.isfinite(axes_m).all() or axes_m.max() > _WIDEST * self._room_m:
             return
         turns = np.linspace(0.0, 2.0 * np.pi, 33)
         ring = point_m[:2] + (np.column_stack([np.cos(turns), np.sin(turns)]) * axes_m) @ vectors.T
-        self.way(list(ring), colour, width_px)
+        self.way(ring, colour, width_px)
 
     def caption(self, line: str) -> None:
         """Errors at the top, and what the colours mean below, each on a clear strip."""
