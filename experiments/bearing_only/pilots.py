@@ -44,8 +44,8 @@ class PairedWhims:
 
     def __call__(self) -> NDArray[np.float64]:
         """(3,) or (flights, 3)."""
-        draws = np.stack([rng.standard_normal(3) for rng in self._rngs])
-        return draws[0] if self._is_single else draws
+        draws = [rng.standard_normal(3) for rng in self._rngs]
+        return draws[0] if self._is_single else np.stack(draws)
 
 
 def pilot_config(run: FlightRun) -> PilotConfig:

@@ -26,6 +26,9 @@ _TIE_BREAK = 1e-6
 """Share of a random direction in the gradient's. With the covariance aligned to the line of sight
 the lateral gradient is exactly zero, a saddle, and only noise would start the manoeuvre."""
 
+_FORWARD, _ACROSS = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 1.0])
+"""Along the body's x axis, and the rest."""
+
 
 @dataclass(frozen=True)
 class ControlConfig:
@@ -75,7 +78,7 @@ def follow_speed(
 def range_std(pose: PoseBelief, target: TargetBelief) -> tuple[NDArray[np.float64], ...]:
     """(...,) distance to the target and its standard deviation along the line of sight [m]."""
     offset = target.position_m - pose.position_m
-    distance = np.linalg.norm(offset, axis=-1)
+    distance = length(offset)
     sight = offset / np.maximum(distance, 1e-9)[..., None]
     P = target.covariance[..., :3, :3]
     return distance, np.sqrt(np.einsum("...i,...ij,...j->...", sight, P, sight))
@@ -109,7 +112,7 @@ def manoeuvre_direction(
         pixel_std_px: Noise of the target's pixel.
         whim: (..., 3) random numbers: the random direction, or what breaks a tie.
     """
-    across = np.array([0.0, 1.0, 1.0]) * whim
+    across = _ACROSS * whim
     if kind == "none":
         return np.zeros_like(whim)
     if kind == "random":
@@ -141,7 +144,7 @@ def command(
         direction: (..., 3) of the manoeuvre, in the body's frame; zero for pure following.
         turn_rad: (..., 3) of the aim.
     """
-    forward = follow_mps[..., None] * np.array([1.0, 0.0, 0.0])
+    forward = follow_mps[..., None] * _FORWARD
     aside = (config.v_max_mps - np.abs(follow_mps))[..., None] * direction
     if config.manoeuvre == "none":
         velocity = forward
@@ -150,7 +153,12 @@ def command(
     return MotionCommand(BodyIncrement(dt_s * velocity, turn_rad), follow_mps, aside)
 
 
+def length(v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(...,) of (..., 3) vectors."""
+    return np.sqrt(np.einsum("...i,...i->...", v, v))
+
+
 def unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
     """(..., 3) vectors of length one; zero stays zero."""
-    length = np.sqrt(np.einsum("...i,...i->...", v, v))[..., None]
-    return v / (length + (length == 0.0))
+    norm = length(v)[..., None]
+    return v / (norm + (norm == 0.0))

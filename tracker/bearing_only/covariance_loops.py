@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH, POSE
+from tracker.bearing_only.small_matrices import sandwich
 
 
 @njit(cache=True, error_model="numpy")
@@ -158,7 +159,7 @@ def to_coordinates(P: np.ndarray, starts: np.ndarray, J: np.ndarray) -> None:
         for k in range(INVERSE_DEPTH):
             for m in range(k, INVERSE_DEPTH):
                 block[k, m] = block[m, k] = P[start + k, start + m]
-        product = J[i] @ block @ J[i].T
+        of_coordinates = sandwich(J[i], block)
         for c in range(COORDINATES):
             for d in range(c, COORDINATES):
-                P[start + c, start + d] = product[c, d]
+                P[start + c, start + d] = of_coordinates[c, d]

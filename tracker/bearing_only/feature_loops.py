@@ -8,7 +8,8 @@ import numpy as np
 from numba import njit
 
 from tracker.bearing_only.landmarks import INVERSE_DEPTH, POSE
-from tracker.bearing_only.observation_loops import dot, see
+from tracker.bearing_only.observation_loops import see
+from tracker.bearing_only.small_matrices import dot
 
 _NO_RAY = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 

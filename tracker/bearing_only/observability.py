@@ -24,7 +24,13 @@ from numpy.typing import NDArray
 from tracker.bearing_only.frames import camera_rotation
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observation import view_target
-from tracker.bearing_only.target_filter import inverse_2x2, inverse_and_determinant
+from tracker.bearing_only.small_matrices import (
+    dot,
+    inverse_and_determinant,
+    product,
+    sandwich,
+)
+from tracker.bearing_only.target_filter import inverse_2x2
 
 Gain: TypeAlias = Literal["trace", "log-det"]
 
@@ -66,7 +72,7 @@ def gain_gradient(
         kind == "trace",
         camera.intrinsics_px[:2],
         pixel_std_px**2,
-        np.ascontiguousarray(camera_rotation(pose.R_world_body)).reshape(-1, 3, 3),
+        camera_rotation(pose.R_world_body).reshape(-1, 3, 3),
         (target.position_m - pose.position_m).reshape(-1, 3),
         target.covariance.reshape(-1, 6, 6),
     )
@@ -88,24 +94,21 @@ def _gradients(
     """
     gradients, dH1, R1 = np.empty((len(offsets), 3)), np.zeros((2, 3)), np.zeros((2, 2))
     for n in range(len(offsets)):
-        R_cw, P = R_camera_world[n], covariances[n]
-        R_wc = np.ascontiguousarray(R_cw.T)
-        x, y, z = R_cw @ offsets[n]
+        R_cw, P, offset = R_camera_world[n], covariances[n], offsets[n]
+        x, y, z = dot(R_cw[0], offset), dot(R_cw[1], offset), dot(R_cw[2], offset)
         H1 = np.array([[s[0], 0.0, -s[0] * x / z], [0.0, s[1], -s[1] * y / z]])
-        H1_T = np.ascontiguousarray(H1.T)
-        P1 = R_cw @ np.ascontiguousarray(P[:3, :3]) @ R_wc
-        P1_H1_T = P1 @ H1_T
+        P1_H1_T = product(sandwich(R_cw, P[:3, :3]), H1.T)
         R1[0, 0] = R1[1, 1] = z**2 * variance
-        S1 = H1 @ P1_H1_T + R1
+        S1 = product(H1, P1_H1_T) + R1
         S1_inverse, _ = inverse_and_determinant(S1)
-        G1 = R_cw @ np.ascontiguousarray(P[:3]) @ np.ascontiguousarray(P[:, :3]) @ R_wc
-        GHS = G1 @ H1_T @ S1_inverse
-        middle = S1_inverse @ H1 @ GHS
-        h = -(H1 @ R_cw) / z
+        G1 = sandwich(R_cw, product(P[:3], P[:, :3]))
+        GHS = product(product(G1, H1.T), S1_inverse)
+        middle = product(product(S1_inverse, H1), GHS)
+        h = -product(H1, R_cw) / z
         for i in range(3):  # the components of the displacement
             dz = -R_cw[2, i]
             dH1[:, 2] = -h[:, i]
-            half = dH1 @ P1_H1_T
+            half = product(dH1, P1_H1_T)
             dS1 = half + half.T
             dS1[0, 0] += 2.0 * variance * z * dz
             dS1[1, 1] += 2.0 * variance * z * dz

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
 from numba import njit
 
 from tracker.bearing_only.frames import R_BODY_CAMERA
-
-Three: TypeAlias = np.ndarray | tuple[float, float, float]
+from tracker.bearing_only.small_matrices import dot
 
 LEAST_DEPTH_M = 1e-3
 """Points nearer to the image plane, or behind it, have no pixel."""
@@ -71,9 +68,3 @@ def see(
         by_turn[a, 1] = by_b[2] * b[0] - by_b[0] * b[2]
         by_turn[a, 2] = by_b[0] * b[1] - by_b[1] * b[0]
     return is_in_front
-
-
-@njit(cache=True, error_model="numpy")
-def dot(a: Three, b: Three) -> float:
-    """Of three numbers; faster than that of libraries."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -82,6 +82,7 @@ class MonocularSlam:
         self._position = np.array(start.position_m, float)
         self._R = np.array(start.R_world_body, float)
         self._x = np.empty(0)
+        self._Q = odometry_noise(self._R, config.odometry_std_m, config.odometry_std_rad)
         self._P = JointCovariance(start.covariance)
         self._table = LandmarkTable()
         self._iteration = 0
@@ -127,11 +128,10 @@ class MonocularSlam:
 
     def _predict(self, measurements: Measurements) -> None:
         """Moves pose and covariance by the odometry; landmarks stand still."""
-        pose, increment, config = self.pose, measurements.odometry, self.config
+        pose, increment = self.pose, measurements.odometry
         dR, F = odometry_jacobians(pose.R_world_body, increment)
-        Q = odometry_noise(pose.R_world_body, config.odometry_std_m, config.odometry_std_rad)
         self._position, self._R = moved_position(pose, increment), self._R @ dR
-        self._P.move_pose(F, Q)
+        self._P.move_pose(F, self._Q)
 
     def _correct(self, rows: NDArray[np.int64], pixels: NDArray[np.float64]) -> None:
         """Takes in the pixels of known landmarks, at once those that pass the gate and count."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observation import TargetView, view_target
+from tracker.bearing_only.small_matrices import inverse_and_determinant, product, sandwich
 from tracker.bearing_only.target_models import acceleration_noise, straight_transition, turn
 from tracker.checks import require_positive
 
@@ -123,24 +124,20 @@ def _corrections(
     for i in range(m):
         H[:, :3] = by_target[i]
         P, R, residual = covariances[i], noises[i], residuals[i]
-        PHT = P @ np.ascontiguousarray(H.T)
-        S = H @ PHT + R
+        PHT = product(P, H.T)
+        S = product(H, PHT) + R
         inverse, determinant = inverse_and_determinant(S)
-        K = PHT @ inverse
-        left = eye - K @ H
-        new = left @ P @ np.ascontiguousarray(left.T) + K @ R @ np.ascontiguousarray(K.T)
-        distance = residual @ inverse @ residual
-        moved[i], corrected[i] = states[i] + K @ residual, 0.5 * (new + new.T)
+        K = product(PHT, inverse)
+        new = sandwich(eye - product(K, H), P) + sandwich(K, R)
+        distance = 0.0
+        for j in range(2):
+            for k in range(2):
+                distance += residual[j] * inverse[j, k] * residual[k]
+        moved[i] = states[i] + K[:, 0] * residual[0] + K[:, 1] * residual[1]
+        corrected[i] = 0.5 * (new + new.T)
         innovations[i] = S
         log_likelihood[i] = -0.5 * (distance + np.log(determinant)) - np.log(2.0 * np.pi)
     return moved, corrected, innovations, log_likelihood
-
-
-@njit(cache=True, error_model="numpy")
-def inverse_and_determinant(S: np.ndarray) -> tuple[np.ndarray, float]:
-    """Of one (2, 2) matrix, for compiled code."""
-    determinant = S[0, 0] * S[1, 1] - S[0, 1] * S[1, 0]
-    return np.array([[S[1, 1], -S[0, 1]], [-S[1, 0], S[0, 0]]]) / determinant, determinant
 
 
 def inverse_2x2(S: NDArray[np.float64]) -> NDArray[np.float64]:
