@@ -1,9 +1,9 @@
-"""Makes docs/images/flight.jpg: a flight among images, as its film shows it.
+"""Makes docs/images/flight.jpg and flight-points.jpg: a flight as its film shows it.
 
-    python scripts/flight_picture.py [ITERATION] [FILE]
+    python scripts/flight_picture.py [ITERATION]
 
-What the camera sees (landmarks with the way they took, the window of CamShift), and beside it the
-flight from above.
+From images: what the camera sees (landmarks with the way they took, the window of CamShift), and
+the flight from above. Among points: from above, and the errors so far.
 """
 
 from __future__ import annotations
@@ -15,26 +15,37 @@ import cv2
 import numpy as np
 
 from experiments.bearing_only.config import FlightRun
+from experiments.bearing_only.film import film_of
 from experiments.bearing_only.flying import Instant, fly
-from experiments.bearing_only.image_film import ImageFilm
+from experiments.figure_style import figure_style
 from experiments.processes import limit_threads
 
-OUT = Path(__file__).resolve().parents[1] / "docs" / "images" / "flight.jpg"
+FOLDER = Path(__file__).resolve().parents[1] / "docs" / "images"
+STUDIES = {"flight.jpg": "circle-pixels", "flight-points.jpg": "circle"}
 
 
-def main(iteration: int = 300, out: Path = OUT) -> None:
-    """Flies the circle with seed 0 up to the iteration and writes its picture."""
+def main(iteration: int = 300) -> None:
+    """Flies the circles with seed 0 up to the iteration and writes their pictures."""
     limit_threads()
-    run = FlightRun("circle-pixels", "turn", iteration_count=iteration)
-    film, pictures = ImageFilm(run), list[np.ndarray]()
+    for name, study in STUDIES.items():
+        out = FOLDER / name
+        picture = last_picture(FlightRun(study, "turn", iteration_count=iteration + 1))
+        cv2.imwrite(str(out), picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])
+        print(out)
 
-    def watch(instant: Instant) -> None:
-        pictures[:] = [film.picture(instant)]
 
-    fly([run], watch)
-    cv2.imwrite(str(out), pictures[0][..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])
-    print(out)
+def last_picture(run: FlightRun) -> np.ndarray:
+    """(h, w, 3) uint8 RGB of the end of the flight."""
+    pictures = list[np.ndarray]()
+    with figure_style():
+        film = film_of(run)
+
+        def watch(instant: Instant) -> None:
+            pictures[:] = [film.picture(instant)]
+
+        fly([run], watch)
+    return pictures[0]
 
 
 if __name__ == "__main__":
-    main(*(kind(word) for kind, word in zip((int, Path), sys.argv[1:], strict=False)))
+    main(*(int(word) for word in sys.argv[1:]))

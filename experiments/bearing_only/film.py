@@ -17,7 +17,7 @@ from experiments.figure_style import figure_style
 from experiments.movie import Movie
 
 
-class _Film(Protocol):
+class Film(Protocol):
     """Draws the instants of a flight."""
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
@@ -25,11 +25,16 @@ class _Film(Protocol):
         ...
 
 
+def film_of(run: FlightRun) -> Film:
+    """What draws the flights of that kind; within `figure_style`."""
+    return ImageFilm(run) if run.is_rendered else PointFilm(run)
+
+
 def film(run: FlightRun, folder: Path) -> Path:
     """Flies the run once more and writes its film, an MP4; returns the path."""
     path = folder / f"{run.study}_{run.controller}_seed{run.seed}.mp4"
     with figure_style(), Movie(path, round(1.0 / world_of(run).dt_s)) as movie:
-        making: _Film = ImageFilm(run) if run.is_rendered else PointFilm(run)
+        making = film_of(run)
         flown = fly([run], lambda instant: movie.add(making.picture(instant)))
     if movie.is_empty:
         raise ValueError(f"there is nothing to film: {flown.error}")

@@ -31,18 +31,25 @@ class PointFilm:
         figure.suptitle(f"{run.study}  {run.controller}  seed {run.seed}", fontsize=9)
         self._canvas = FigureCanvasAgg(figure)
         upper = figure.add_axes((0.12, 0.55, 0.85, 0.35), title="errors [m]")
-        lower = figure.add_axes((0.12, 0.1, 0.85, 0.35), title="parts of the command [m/s]")
+        lower = figure.add_axes((0.12, 0.1, 0.85, 0.35), title="command [m/s]")
         lower.set_xlabel("iteration")
         self._curves = {
             "target": _Curve(upper, "target", TARGET),
             "vehicle": _Curve(upper, "vehicle", ROBOT),
-            "std": _Curve(upper, "believed std of the range", BELIEF, "--"),
+            "std": _Curve(upper, "believed range std", BELIEF, "--"),
             "follow": _Curve(lower, "following", ROBOT),
             "aside": _Curve(lower, "observability", TARGET),
         }
         for axis in (upper, lower):
             axis.set_xlim(0, run.iteration_count)
-            axis.legend(loc="upper right", fontsize=7)
+            axis.legend(
+                loc="lower right",
+                bbox_to_anchor=(1.01, 0.97),
+                ncols=3,
+                fontsize=7,
+                handlelength=1.2,
+                columnspacing=1.0,
+            )
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
         """(h, w, 3) uint8 RGB: the view from above and the charts, side by side."""
