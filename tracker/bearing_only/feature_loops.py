@@ -1,4 +1,4 @@
-"""Compiled loops over the landmarks of a map: their pixels, and how far from linear they are."""
+"""Compiled loops over the landmarks of a map: pixels, coordinates, and how far from linear."""
 
 from __future__ import annotations
 

@@ -18,23 +18,6 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def ray_of_angles(angles_rad: Array) -> Array:
-    """(n, 3) unit vectors in the world of (n, 2) azimuths and elevations."""
-    azimuth, elevation = angles_rad.T
-    c = np.cos(elevation)
-    return np.stack([c * np.cos(azimuth), c * np.sin(azimuth), np.sin(elevation)], axis=-1)
-
-
-def ray_jacobian(angles_rad: Array) -> Array:
-    """(n, 3, 2) derivatives of `ray_of_angles`."""
-    azimuth, elevation = angles_rad.T
-    ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
-    J = np.empty((len(angles_rad), 3, 2))
-    J[:, 0, 0], J[:, 1, 0], J[:, 2, 0] = -ce * sa, ce * ca, 0.0
-    J[:, 0, 1], J[:, 1, 1], J[:, 2, 1] = -se * ca, -se * sa, ce
-    return J
-
-
 def angles_of_ray(rays: Array) -> Array:
     """(n, 2) azimuths and elevations of (n, 3) vectors of any length."""
     horizontal = np.hypot(rays[:, 0], rays[:, 1])
