@@ -36,9 +36,11 @@ def view_target(
     Jacobians of a point straight ahead.
     """
     leading = target_m.shape[:-1]
-    R = np.broadcast_to(pose.R_world_body, (*leading, 3, 3)).reshape(-1, 3, 3)
+    R = pose.R_world_body
+    if R.shape[:-2] != leading:
+        R = np.broadcast_to(R, (*leading, 3, 3))
     v = (target_m - pose.position_m).reshape(-1, 3)
-    pixel, by_target, by_turn, is_in_front = see_all(camera.intrinsics_px, R, v)
+    pixel, by_target, by_turn, is_in_front = see_all(camera.intrinsics_px, R.reshape(-1, 3, 3), v)
     return TargetView(
         pixel.reshape(*leading, 2),
         by_target.reshape(*leading, 2, 3),
