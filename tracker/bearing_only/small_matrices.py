@@ -1,4 +1,8 @@
-"""Compiled algebra of matrices so small that the call of a library costs more than the work."""
+"""Compiled algebra of matrices so small that the call of a library costs more than the work.
+
+For compiled code alone: Numba loses the type of what a cached function returns when it is called
+from Python as well as from another cached function.
+"""
 
 from __future__ import annotations
 
