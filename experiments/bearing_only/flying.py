@@ -23,6 +23,7 @@ from tracker.bearing_only.measurements import (
     Measurements,
     MotionCommand,
     PoseBelief,
+    TargetBelief,
 )
 from tracker.bearing_only.pilot import BearingPilot, TargetPrior
 from tracker.bearing_only.pose_sources import DeadReckoning, FixAided, PoseSource
@@ -80,13 +81,67 @@ class Flown:
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """The state after one iteration, before the next motion."""
+    """The state after one iteration, before the next motion.
+
+    The properties are those of one flight, the first where several are flown at once.
+    """
 
     flight: Flight
     pilot: BearingPilot
     source: PoseSource
     senses: Senses
     motion: MotionCommand
+
+    @property
+    def robot_m(self) -> NDArray[np.float64]:
+        """(3,): where the vehicle is."""
+        return _first(self.flight.position_m, 1)
+
+    @property
+    def forward(self) -> NDArray[np.float64]:
+        """(3,): where the vehicle looks, a unit vector in the world."""
+        return _first(self.flight.R_world_body, 2)[:, 0]
+
+    @property
+    def target_m(self) -> NDArray[np.float64]:
+        """(3,): where the target is."""
+        return _first(self.flight.target_m, 1)
+
+    @property
+    def pose(self) -> PoseBelief:
+        """Where the pilot takes itself to be."""
+        pose = self.pilot.pose
+        return PoseBelief(
+            _first(pose.position_m, 1), _first(pose.R_world_body, 2), _first(pose.covariance, 2)
+        )
+
+    @property
+    def target(self) -> TargetBelief | None:
+        """Where the pilot takes the target to be; None before it was seen."""
+        if not self.pilot.has_target:
+            return None
+        target = self.pilot.target
+        return TargetBelief(
+            _first(target.position_m, 1),
+            _first(target.velocity_mps, 1),
+            _first(target.covariance, 2),
+        )
+
+    @property
+    def follow_mps(self) -> float:
+        """The command's following part."""
+        return float(_first(self.motion.follow_mps, 0))
+
+    @property
+    def aside_mps(self) -> float:
+        """The size of the part that makes the range observable."""
+        return float(np.linalg.norm(_first(self.motion.observability_mps, 1)))
+
+
+def _first(values: NDArray[np.float64], axes: int) -> NDArray[np.float64]:
+    """The last `axes` axes, of the first of several flights."""
+    values = np.asarray(values)
+    return values.reshape(-1, *values.shape[values.ndim - axes :])[0]
 
 
 def fly(runs: Sequence[FlightRun], watch: Callable[[Instant], None] | None = None) -> Flown:

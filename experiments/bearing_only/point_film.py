@@ -12,6 +12,7 @@ from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.flying import Instant
 from experiments.bearing_only.top_view import BELIEF, ROBOT, TARGET, Colour, TopView
 from tracker.bearing_only.control import range_std
+from tracker.bearing_only.measurements import TargetBelief
 
 _HEIGHT_PX, _CHARTS_PX, _DPI = 540, 420, 100
 _CHARTS_EVERY = 5
@@ -54,8 +55,8 @@ class PointFilm:
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
         """(h, w, 3) uint8 RGB: the view from above and the charts, side by side."""
         above = self._view.draw(instant, _HEIGHT_PX)
-        if instant.pilot.has_target:
-            for name, value in _values(instant).items():
+        if instant.target is not None:
+            for name, value in _values(instant, instant.target).items():
                 self._curves[name].add(self._iteration, value)
         if self._iteration % _CHARTS_EVERY == 0:
             self._canvas.draw()
@@ -80,13 +81,13 @@ class _Curve:
         self._axis.autoscale_view(scalex=False)
 
 
-def _values(instant: Instant) -> dict[str, float]:
+def _values(instant: Instant, target: TargetBelief) -> dict[str, float]:
     """The height of each curve now."""
-    flight, pilot, motion = instant.flight, instant.pilot, instant.motion
+    pose = instant.pose
     return {
-        "target": float(np.linalg.norm(pilot.target.position_m - flight.target_m)),
-        "vehicle": float(np.linalg.norm(pilot.pose.position_m - flight.position_m)),
-        "std": float(range_std(pilot.pose, pilot.target)[1]),
-        "follow": float(motion.follow_mps),
-        "aside": float(np.linalg.norm(motion.observability_mps)),
+        "target": float(np.linalg.norm(target.position_m - instant.target_m)),
+        "vehicle": float(np.linalg.norm(pose.position_m - instant.robot_m)),
+        "std": float(range_std(pose, target)[1]),
+        "follow": instant.follow_mps,
+        "aside": instant.aside_mps,
     }

@@ -40,27 +40,27 @@ class TopView:
 
     def draw(self, instant: Instant, size_px: int) -> NDArray[np.uint8]:
         """(size, size, 3) uint8 RGB with the state at this instant."""
-        flight, pilot = instant.flight, instant.pilot
-        self._ways["robot"].append(flight.position_m)
-        self._ways["target"].append(flight.target_m)
-        self._ways["robot_estimate"].append(pilot.pose.position_m)
-        if pilot.has_target:
-            self._ways["target_estimate"].append(pilot.target.position_m)
-        chart = _Chart(flight.config, size_px)
+        pose, target = instant.pose, instant.target
+        self._ways["robot"].append(instant.robot_m)
+        self._ways["target"].append(instant.target_m)
+        self._ways["robot_estimate"].append(pose.position_m)
+        if target is not None:
+            self._ways["target_estimate"].append(target.position_m)
+        chart = _Chart(instant.flight.config, size_px)
         if isinstance(instant.source, MonocularSlam):
             _, points, covariances = instant.source.landmarks()
             for point, P in zip(points, covariances, strict=True):
                 chart.ellipse(point, P, LANDMARK)
-        chart.sight(flight.position_m, flight.R_world_body[:, 0], ROBOT)
+        chart.sight(instant.robot_m, instant.forward, ROBOT)
         for name, colour in (("robot", ROBOT), ("target", TARGET)):
             chart.way(self._ways[name], colour, 2)
             chart.way(self._ways[f"{name}_estimate"], BELIEF, 1)
             chart.dot(self._ways[name][-1], colour)
-        chart.ellipse(pilot.pose.position_m, pilot.pose.covariance, ROBOT)
-        if pilot.has_target:
-            chart.ellipse(pilot.target.position_m, pilot.target.covariance, TARGET, 2)
-            error_m = float(np.linalg.norm(pilot.target.position_m - flight.target_m))
-            own_m = float(np.linalg.norm(pilot.pose.position_m - flight.position_m))
+        chart.ellipse(pose.position_m, pose.covariance, ROBOT)
+        if target is not None:
+            chart.ellipse(target.position_m, target.covariance, TARGET, 2)
+            error_m = float(np.linalg.norm(target.position_m - instant.target_m))
+            own_m = float(np.linalg.norm(pose.position_m - instant.robot_m))
             chart.caption(f"error: target {error_m:.2f} m, vehicle {own_m:.2f} m")
         return chart.picture
 

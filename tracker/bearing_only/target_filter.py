@@ -92,12 +92,11 @@ def correct(
         R: (..., 2, 2): noise of the pixel and what the doubt about the pose adds.
     """
     n, leading = state.shape[-1], state.shape[:-1]
-    residual = np.ascontiguousarray(np.broadcast_to(pixel - view.pixel, (*leading, 2)))
     moved, P, S, log_likelihood = _corrections(
         state.reshape(-1, n),
         covariance.reshape(-1, n, n),
         view.by_target.reshape(-1, 2, 3),
-        residual.reshape(-1, 2),
+        (pixel - view.pixel).reshape(-1, 2),
         R.reshape(-1, 2, 2),
     )
     return Correction(

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.flying import fly
@@ -6,9 +7,10 @@ from experiments.bearing_only.point_film import PointFilm
 from experiments.bearing_only.top_view import ROBOT, TARGET
 
 
-def test_a_picture_shows_the_room_and_the_curves_so_far():
+@pytest.mark.parametrize("controller", ["follow", "known-pose"])
+def test_a_picture_shows_the_room_and_the_curves_so_far(controller):
     pictures = []
-    run = FlightRun("robot", "follow", iteration_count=8, landmark_count=10)
+    run = FlightRun("robot", controller, iteration_count=8, landmark_count=10)
     making = PointFilm(run)
     fly([run], lambda instant: pictures.append(making.picture(instant)))
     assert {picture.shape for picture in pictures} == {(540, 960, 3)}
