@@ -51,7 +51,6 @@ class LandmarkTable:
         self.tried = np.concatenate([self.tried, np.ones(n, np.int64)])
         self.found = np.concatenate([self.found, np.ones(n, np.int64)])
         self.last_seen = np.concatenate([self.last_seen, np.full(n, iteration)])
-        self._order = np.argsort(self.ids)
         self._place()
 
     def to_coordinates(self, rows: NDArray[np.int64]) -> None:
@@ -63,8 +62,8 @@ class LandmarkTable:
         """Forgets the others."""
         for name in ("ids", "sizes", "tried", "found", "last_seen"):
             setattr(self, name, getattr(self, name)[is_kept])
-        self._order = np.argsort(self.ids)
         self._place()
 
     def _place(self) -> None:
+        self._order = np.argsort(self.ids)
         self.starts = POSE + np.cumsum(self.sizes) - self.sizes
