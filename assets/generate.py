@@ -143,7 +143,7 @@ def _tabletop(radius: float, thickness: float) -> Mesh:
 
 
 def object_meshes() -> dict[str, Mesh]:
-    """The objects, in their own frames, with texture coordinates for `sim/artwork.py`."""
+    """The objects, in their own frames, with texture coordinates for `sim/belt/artwork.py`."""
     return {
         "carton": carton((0.200, 0.080, 0.080)),
         "small-carton": carton((0.120, 0.060, 0.060)),

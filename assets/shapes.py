@@ -102,7 +102,7 @@ def plate(outline: np.ndarray, thickness: float, bevel: float) -> Mesh:
 
 
 def carton(size: tuple[float, float, float]) -> Mesh:
-    """Box whose six faces share one picture, as `sim/artwork.py` paints it.
+    """Box whose six faces share one picture, as `sim/belt/artwork.py` paints it.
 
     Rows of the picture from the top: lid, front (-y), base, back (+y), each as wide as the box is
     long; to the right of the lid and of the front stand the ends +x and -x.

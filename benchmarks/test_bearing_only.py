@@ -10,7 +10,7 @@ from experiments.bearing_only.flying import fly
 from experiments.bearing_only.pilots import PairedWhims, pilot_config, rng_of, slam_config
 from experiments.bearing_only.senses import PointSenses
 from experiments.bearing_only.studies import world_of
-from sim.flight import DRAWS, Flight, FlightDraws
+from sim.bearing_only.flight import DRAWS, Flight, FlightDraws
 from tracker.bearing_only.measurements import BodyIncrement, PoseBelief
 from tracker.bearing_only.pilot import BearingPilot, TargetPrior
 from tracker.bearing_only.slam import MonocularSlam

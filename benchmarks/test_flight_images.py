@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sim.hall_camera import HallCamera, HallCameraConfig
+from sim.bearing_only.hall_camera import HallCamera, HallCameraConfig
 from tracker.bearing_only.camshift import CamShift, ColourModel
 from tracker.bearing_only.corners import CornerTracker
 from tracker.bearing_only.eye import Eye

@@ -13,10 +13,10 @@ from experiments.cell import make_cell
 from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.perception import CONTROL_ARMS
-from sim.embodiments import UR5_RG2
-from sim.environment import Environment, load, make_servo
-from sim.hand_motion import top_down_pose
-from sim.task_config import TaskConfig
+from sim.arm.embodiments import UR5_RG2
+from sim.arm.hand_motion import top_down_pose
+from sim.belt.environment import Environment, load, make_servo
+from sim.belt.task_config import TaskConfig
 
 ROUNDS = 5
 

@@ -18,11 +18,11 @@ def catalogue() -> dict[str, dict[str, str]]:
     from experiments.otb.contestants import CONTESTANTS
     from experiments.otb.protocols import PROTOCOLS
     from experiments.perception import CONTROL_ARMS
-    from sim.camera import CAMERAS
-    from sim.degradations import DEGRADATIONS, NORMAL
-    from sim.embodiments import EMBODIMENTS
-    from sim.motions import MOTIONS
-    from sim.objects import OBJECTS
+    from sim.arm.embodiments import EMBODIMENTS
+    from sim.belt.motions import MOTIONS
+    from sim.belt.objects import OBJECTS
+    from sim.imaging.camera import CAMERAS
+    from sim.imaging.degradations import DEGRADATIONS, NORMAL
     from tracker.prediction import PREDICTORS
     from tracker.readings import READINGS
     from tracker.registry import TRACKERS
@@ -67,7 +67,7 @@ def _peers() -> dict[str, str]:
 
 def check_names(config: TrialConfig) -> None:
     """Raises ValueError for the first name that no registry holds, or that is not installed."""
-    from sim.degradations import get_condition
+    from sim.imaging.degradations import get_condition
     from tracker.outside import get_box_finder, is_outside
 
     names = catalogue()

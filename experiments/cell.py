@@ -12,12 +12,12 @@ import numpy as np
 
 from experiments.config import TrialConfig
 from experiments.teaching import reference_template
-from sim.embodiments import get_embodiment
-from sim.environment import load, make_servo
-from sim.motions import MOTIONS
-from sim.servo import Servo
-from sim.task import ConveyorGrasp
-from sim.task_config import TaskConfig
+from sim.arm.embodiments import get_embodiment
+from sim.arm.servo import Servo
+from sim.belt.environment import load, make_servo
+from sim.belt.motions import MOTIONS
+from sim.belt.task import ConveyorGrasp
+from sim.belt.task_config import TaskConfig
 from tracker.template import Template
 
 
@@ -39,7 +39,7 @@ class Cell:
     """A compiled world and a servo for its arm; kept from trial to trial of the same cell."""
 
     environment: Any
-    """A `sim.environment.Environment`; dm_control comes without types."""
+    """A `sim.belt.environment.Environment`; dm_control comes without types."""
     servo: Servo
 
     @property

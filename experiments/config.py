@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 PHYSICS_HZ = 480
-"""Physics steps per simulated second; the same as in `sim.task`, which takes a second to import."""
+"""Physics steps per simulated second, as in `sim.belt.task`, which takes a second to import."""
 
 
 @dataclass(frozen=True)

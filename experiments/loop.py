@@ -12,13 +12,13 @@ from experiments.config import TrialConfig, TrialTimings
 from experiments.perception import Seeing, make_perception
 from experiments.seeding import Stream, generator
 from experiments.trace import ControlSample, EstimateSample, TrialTrace
-from sim.grasp import Grasp, GraspCommand, Phase, servo_error
-from sim.referee import PhysicalRecord
-from sim.scenario import ScenarioRange
-from sim.sensor import Frame
-from sim.target_motion import TargetMotion
-from sim.task import CONTROL_HZ
-from sim.task_config import Episode
+from sim.arm.grasp import Grasp, GraspCommand, Phase, servo_error
+from sim.arm.target_motion import TargetMotion
+from sim.belt.referee import PhysicalRecord
+from sim.belt.scenario import ScenarioRange
+from sim.belt.task import CONTROL_HZ
+from sim.belt.task_config import Episode
+from sim.imaging.sensor import Frame
 from tracker.perception import TargetObservation
 
 HOLD_PATIENCE_S = 1.5

@@ -9,8 +9,8 @@ import numpy as np
 
 from experiments.config import Outcome, TrialConfig
 from experiments.trace import TrialTrace
-from sim.grasp import Phase
-from sim.referee import PhysicalRecord
+from sim.arm.grasp import Phase
+from sim.belt.referee import PhysicalRecord
 from tracker.base import Status
 
 LOST_S = 0.5

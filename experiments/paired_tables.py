@@ -10,7 +10,7 @@ from experiments.grouping import cell_keys, group_by, world_of
 from experiments.statistics import holm
 from experiments.tables import key_columns
 from experiments.typesetting import Column, Table, TableRow, show_rate
-from sim.degradations import NORMAL
+from sim.imaging.degradations import NORMAL
 
 REFERENCE_TRACKER = "igpf"
 """The tracker that the others are compared with, world by world."""

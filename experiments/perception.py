@@ -19,8 +19,8 @@ from experiments.cell import Cell, Truth
 from experiments.config import TrialConfig
 from experiments.seeding import Stream, generator
 from experiments.trace import EstimateSample
-from sim.sensor import Frame
-from sim.target_motion import TargetMotion
+from sim.arm.target_motion import TargetMotion
+from sim.imaging.sensor import Frame
 from tracker.backproject import TargetPose
 from tracker.base import Status
 from tracker.perception import TargetObservation, TargetTracker

@@ -41,7 +41,7 @@ def draw_speed(results: Sequence[TrialResult]) -> Figure | None:
     """Success against belt speed, trackers with Wilson 95 % bands; None for a single speed.
 
     A panel for each setting. On a belt of constant speed, what the arm's joint speeds rule out for
-    every method is hatched (`sim.interception`).
+    every method is hatched (`sim.belt.interception`).
     """
     if len({row.speed_mps for row in results}) < 2:
         return None
@@ -90,10 +90,10 @@ def _draw_bound(axis: Axes, members: Sequence[TrialResult]) -> None:
     (first, *_) = members
     if first.motion != "constant":
         return
-    from sim.embodiments import get_embodiment
-    from sim.interception import closing_time_s, interceptable_share
-    from sim.objects import get_object
-    from sim.scenario import ScenarioRange
+    from sim.arm.embodiments import get_embodiment
+    from sim.belt.interception import closing_time_s, interceptable_share
+    from sim.belt.objects import get_object
+    from sim.belt.scenario import ScenarioRange
 
     spec, embodiment = get_object(first.object), get_embodiment(first.embodiment)
     _, width_m, height_m = spec.size_m

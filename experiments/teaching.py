@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from sim.conveyor import BELT_CENTRE_X_M
-from sim.path import Pose
-from sim.task import ConveyorGrasp
+from sim.belt.conveyor import BELT_CENTRE_X_M
+from sim.belt.path import Pose
+from sim.belt.task import ConveyorGrasp
 from tracker.image import ArrayImage
 from tracker.rectify import OverheadView
 from tracker.template import Template

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sim.grasp import Phase
+from sim.arm.grasp import Phase
 from tracker.base import Status
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from experiments.config import TrialConfig
 from experiments.movie import Movie, caption
-from sim.task import CONTROL_HZ
+from sim.belt.task import CONTROL_HZ
 from tracker.base import Status
 
 if TYPE_CHECKING:

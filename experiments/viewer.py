@@ -11,9 +11,9 @@ import mujoco.viewer
 
 from experiments.config import TrialConfig
 from experiments.seeding import Stream, generator, random_state
-from sim import environment
-from sim.scenario import ScenarioRange
-from sim.task_config import Episode, TaskConfig
+from sim.belt import environment
+from sim.belt.scenario import ScenarioRange
+from sim.belt.task_config import Episode, TaskConfig
 
 
 def show(config: TrialConfig) -> None:

@@ -16,7 +16,7 @@ from experiments.cell import make_cell
 from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.video import camera_view
-from sim.degradations import DEGRADATIONS, NORMAL
+from sim.imaging.degradations import DEGRADATIONS, NORMAL
 
 TARGET = Path(__file__).resolve().parent.parent / "docs" / "images" / "conditions.jpg"
 SETTING = TrialConfig(speed_mps=0.25, seed=3)

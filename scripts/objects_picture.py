@@ -13,9 +13,9 @@ import numpy as np
 
 from experiments.cell import make_cell
 from experiments.config import TrialConfig
-from sim.conveyor import BELT_CENTRE_X_M
-from sim.objects import OBJECTS
-from sim.path import Pose
+from sim.belt.conveyor import BELT_CENTRE_X_M
+from sim.belt.objects import OBJECTS
+from sim.belt.path import Pose
 
 TARGET = Path(__file__).resolve().parent.parent / "docs" / "images" / "objects.jpg"
 TILE_PX = 240

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.arms import Arm
-from sim.embodiments import EMBODIMENTS, Embodiment
-from sim.robot import Robot
-from sim.scenario import ScenarioRange
+from sim.arm.arms import Arm
+from sim.arm.embodiments import EMBODIMENTS, Embodiment
+from sim.arm.robot import Robot
+from sim.belt.scenario import ScenarioRange
 
 FOLDER = Path(__file__).resolve().parents[1] / "results" / "reach"
 OBJECT_HEIGHT_M = 0.08

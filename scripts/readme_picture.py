@@ -15,7 +15,7 @@ from experiments.cell import make_cell
 from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.video import camera_view, cell_view
-from sim.grasp import Phase
+from sim.arm.grasp import Phase
 
 PICTURES = {
     "grasp": TrialConfig(speed_mps=0.5, seed=1),

@@ -2,14 +2,14 @@
 
 `sim` and `tracker` know nothing of each other or of `experiments`, and `tracker` knows nothing of
 the simulator. A tracker, the servo and the grasp therefore see images, estimates and joint angles
-only: what the simulator knows of the object (the truth) lives in `sim.task`, `sim.environment`
-and `sim.referee`; `experiments/cell.py` reads it out. Where it and a tracker are in one module:
+only: what the simulator knows of the object (the truth) lives in `sim.belt.task`, `sim.belt.environment`
+and `sim.belt.referee`; `experiments/cell.py` reads it out. Where it and a tracker are in one module:
 - `experiments/teaching.py` lays the object on the still belt before any trial and takes the
   reference photograph, from which the template is cut that `experiments/cell.py` keeps;
 - `experiments/perception.py` holds the oracles beside the trackers;
 - `experiments/loop.py` runs perception and writes the truth into the trace, for scoring;
 - `experiments/bearing_only/flying.py` is the loop of the bearing-only flights, whose truth lives in
-  `sim.flight`; beside it `oracles.py` holds their oracles, `senses.py` and `image_senses.py` turn
+  `sim.bearing_only.flight`; beside it `oracles.py` holds their oracles, `senses.py` and `image_senses.py` turn
   the world into measurements, and `top_view.py` draws truth and belief for a film.
 - `experiments/apple/replay.py` hangs the fruit up, and scores what the methods say of its images.
 """
@@ -32,14 +32,14 @@ FORBIDDEN_ROOTS = {
     "experiments": set[str](),
 }
 TRUTH_MODULES = {
-    "sim.task",
-    "sim.environment",
-    "sim.referee",
-    "sim.flight",
-    "sim.orchard.fruit",
+    "sim.belt.task",
+    "sim.belt.environment",
+    "sim.belt.referee",
+    "sim.bearing_only.flight",
+    "sim.apple.fruit",
     "experiments.cell",
 }
-BLIND_MODULES = ("sim.servo", "sim.grasp")
+BLIND_MODULES = ("sim.arm.servo", "sim.arm.grasp")
 TRACKER_VOCABULARY = {"tracker.base"}  # types that say how a track stands; nothing to tell truth to
 TRUTH_MEETS_TRACKER = {
     f"experiments.{name}"
@@ -223,11 +223,11 @@ def test_the_perception_of_a_tracker_names_no_truth() -> None:
 @pytest.mark.parametrize(
     ("module", "source"),
     [
-        ("sim.camera", "import tracker.aff2"),
-        ("sim.camera", "from experiments import config"),
+        ("sim.imaging.camera", "import tracker.aff2"),
+        ("sim.imaging.camera", "from experiments import config"),
         ("tracker.pf", "import mujoco as m"),
         ("tracker.pf", "def late():\n    from dm_control import mjcf"),
-        ("tracker.pf", "import importlib\nimportlib.import_module('sim.camera')"),
+        ("tracker.pf", "import importlib\nimportlib.import_module('sim.imaging.camera')"),
     ],
 )
 def test_a_wrong_import_is_found(module: str, source: str) -> None:
@@ -272,9 +272,13 @@ def test_explicit_randomness_is_let_through(source: str) -> None:
 
 
 def test_a_way_to_the_truth_is_found() -> None:
-    sources = {"sim.grasp": "from sim import a", "sim.a": "import sim.task", "sim.task": ""}
-    assert "sim.task" in reachable("sim.grasp", sources)
+    sources = {
+        "sim.arm.grasp": "from sim import a",
+        "sim.a": "import sim.belt.task",
+        "sim.belt.task": "",
+    }
+    assert "sim.belt.task" in reachable("sim.arm.grasp", sources)
     assert truth_names(ast.parse("pose = self._cell.read_truth()")) == {"read_truth"}
     assert truth_names(ast.parse("def step(ground_truth): ...")) == {"ground_truth"}
-    assert crossings({"experiments.x": "import sim.task\nfrom tracker import pf"})
-    assert not crossings({"experiments.x": "import sim.task\nfrom tracker.base import Status"})
+    assert crossings({"experiments.x": "import sim.belt.task\nfrom tracker import pf"})
+    assert not crossings({"experiments.x": "import sim.belt.task\nfrom tracker.base import Status"})

@@ -20,7 +20,7 @@ import pytest
 
 from experiments import cli
 from experiments.catalogue import catalogue
-from sim.degradations import get_condition
+from sim.imaging.degradations import get_condition
 
 ROOT = Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"^( *)```(\w+)\n(.*?)^\1```", re.MULTILINE | re.DOTALL)
@@ -101,7 +101,7 @@ def test_add_an_object(monkeypatch, commands, capsys, tmp_path):
     with (tmp_path / "assets" / "PROVENANCE.md").open("a", encoding="utf-8") as provenance:
         provenance.write(block(section, "text"))
     tests = module_of("tests/sim/test_objects.py")
-    for module in (tests, importlib.import_module("sim.objects")):
+    for module in (tests, importlib.import_module("sim.belt.objects")):
         monkeypatch.setattr(module, "ASSETS", tmp_path / "assets")
     ran = 0
     for title, test in vars(tests).items():

@@ -18,7 +18,7 @@ from experiments.apple.row_file import RowFile
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import CLASSES, World, WorldId, draw_world
 from experiments.catalogue import require_known
-from sim.orchard.world import intrinsics
+from sim.apple.world import intrinsics
 from tracker.apple.attitude import axis_error_deg
 from tracker.apple.view import Sighting
 

@@ -18,8 +18,8 @@ from experiments.apple.photographs import ArmPhotographer, Photograph
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import World, draw_world
 from experiments.movie import Movie, caption
-from sim.orchard.eye_in_hand import camera_pose
-from sim.orchard.world import HAND_CAMERA, STUDIO, Orchard, intrinsics
+from sim.apple.eye_in_hand import camera_pose
+from sim.apple.world import HAND_CAMERA, STUDIO, Orchard, intrinsics
 from tracker.apple.attitude import axis_error_deg, tangent_basis
 from tracker.apple.segmentation import segment
 from tracker.apple.silhouette_fit import SilhouetteFit, fit_silhouettes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from experiments.apple.photographs import Photograph
-from sim.orchard.world import intrinsics
+from sim.apple.world import intrinsics
 from tracker.apple.segmentation import segment, view_of_masks
 from tracker.apple.view import CameraPose, FruitView, Sighting
 

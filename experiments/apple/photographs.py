@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 
 from experiments.seeding import Stream, generator
-from sim.orchard.eye_in_hand import EyeInHand, PoseNoise, camera_pose
-from sim.orchard.world import FREE_CAMERA, HAND_CAMERA, Masks, Orchard
+from sim.apple.eye_in_hand import EyeInHand, PoseNoise, camera_pose
+from sim.apple.world import FREE_CAMERA, HAND_CAMERA, Masks, Orchard
 
 _NOISE_LEVELS = 3.0
 

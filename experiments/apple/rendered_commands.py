@@ -117,7 +117,7 @@ def _settings() -> dict[str, Any]:
 
     from experiments.apple.methods import METHODS
     from experiments.apple.observer import MASKS
-    from sim.orchard.eye_in_hand import PoseNoise
+    from sim.apple.eye_in_hand import PoseNoise
 
     return {"methods": list(METHODS), "masks": list(MASKS), "pose_noise": asdict(PoseNoise())}
 

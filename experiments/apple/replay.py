@@ -21,9 +21,9 @@ from experiments.apple.published import TABLES, published_table
 from experiments.apple.row_file import RowFile
 from experiments.apple.worlds import draw_light
 from experiments.seeding import Stream, generator
-from sim.orchard.fruit import Fruit, PlacedFruit
-from sim.orchard.leaves import leaves_behind
-from sim.orchard.world import Orchard, OrchardConfig, look_at
+from sim.apple.fruit import Fruit, PlacedFruit
+from sim.apple.leaves import leaves_behind
+from sim.apple.world import Orchard, OrchardConfig, look_at
 from tracker.apple.attitude import angles_deg, axis_error_deg, unit
 
 _LEAVES = 12

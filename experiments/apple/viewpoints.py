@@ -12,7 +12,7 @@ from experiments.apple.observer import SEGMENTED, sighting
 from experiments.apple.photographs import Photograph, Photographer
 from experiments.apple.worlds import pointed
 from experiments.seeding import Stream, generator
-from sim.orchard.world import HEIGHT_PX, WIDTH_PX, intrinsics
+from sim.apple.world import HEIGHT_PX, WIDTH_PX, intrinsics
 from tracker.apple.next_view import predicted_sigmas_deg, views_around
 from tracker.apple.silhouette_fit import SilhouetteFit, fit_silhouettes
 from tracker.apple.view import CameraPose, Sighting

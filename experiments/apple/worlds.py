@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.seeding import Stream, generator
-from sim.orchard.fruit import Fruit, PlacedFruit
-from sim.orchard.leaves import leaves_behind, leaves_in_front
-from sim.orchard.world import Light, Orchard, OrchardConfig, look_at
+from sim.apple.fruit import Fruit, PlacedFruit
+from sim.apple.leaves import leaves_behind, leaves_in_front
+from sim.apple.world import Light, Orchard, OrchardConfig, look_at
 
 CLASSES = {
     "visible": "calyx towards the camera: the axis 15 to 50 degrees from the approach",

@@ -16,7 +16,7 @@ from experiments.bearing_only.oracles import KnownPose
 from experiments.bearing_only.pilots import PairedWhims, pilot_config, rng_of, slam_config
 from experiments.bearing_only.senses import Senses, senses_of
 from experiments.bearing_only.studies import world_of
-from sim.flight import DRAWS, Flight, FlightDraws
+from sim.bearing_only.flight import DRAWS, Flight, FlightDraws
 from tracker.bearing_only.control import range_std
 from tracker.bearing_only.measurements import (
     BodyIncrement,

@@ -6,8 +6,8 @@ import numpy as np
 
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.pilots import rng_of
-from sim.flight import Flight
-from sim.hall_camera import HallCamera, HallCameraConfig
+from sim.bearing_only.flight import Flight
+from sim.bearing_only.hall_camera import HallCamera, HallCameraConfig
 from tracker.bearing_only.eye import Eye, Glimpse
 from tracker.bearing_only.measurements import BodyIncrement, Measurements
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.bearing_only.config import PoseErrorKind
-from sim.flight import Flight
+from sim.bearing_only.flight import Flight
 from tracker.bearing_only.measurements import Measurements, PoseBelief
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from experiments.bearing_only.config import FlightRun
-from sim.flight import Flight
+from sim.bearing_only.flight import Flight
 from tracker.bearing_only.measurements import BodyIncrement, FeatureObservation, Measurements
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from experiments.bearing_only.config import FlightRun
-from sim.flight import FlightCamera, FlightConfig, TargetPath
+from sim.bearing_only.flight import FlightCamera, FlightConfig, TargetPath
 
 SPEEDS_MPS = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 5.0)
 POSE_ERRORS_M = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from experiments.bearing_only.flying import Instant
-from sim.flight import FlightConfig
+from sim.bearing_only.flight import FlightConfig
 from tracker.bearing_only.slam import MonocularSlam
 
 Colour: TypeAlias = tuple[int, int, int]

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from sim.footage.clip import Actor, Clip, Lighting, Moves, Shake
-from sim.footage.motion import Swing, Terms, Trip, Wave
+from sim.video.clip import Actor, Clip, Lighting, Moves, Shake
+from sim.video.motion import Swing, Terms, Trip, Wave
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from experiments.otb.make_files import Source, read_source, write_index, write_s
 from experiments.otb.selection import select
 from experiments.results_folder import exclusive
 from experiments.seeding import Stream, generator
-from sim.footage.film import shoot
+from sim.video.film import shoot
 
 
 def make_benchmark(

@@ -12,7 +12,7 @@ from pathlib import Path
 import cv2
 
 from experiments.otb.sequences import GROUND_TRUTH
-from sim.footage.film import Frame
+from sim.video.film import Frame
 
 JPEG_QUALITY = 90
 AFFINE_HEADER = "frame,a11,a12,a21,a22,x,y,visible"

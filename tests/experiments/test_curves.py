@@ -8,7 +8,7 @@ import pytest
 from experiments.curves import CURVE_HEADER, CURVE_HZ, ErrorCurve, read_curves
 from experiments.members import append_member
 from experiments.trace import ControlSample, TrialTrace
-from sim.grasp import Phase
+from sim.arm.grasp import Phase
 
 ENTERED_S = 0.25
 

@@ -9,8 +9,8 @@ import pytest
 from experiments.config import TrialConfig
 from experiments.metrics import classify, root_mean_square, score
 from experiments.trace import ControlSample, EstimateSample, TrialTrace
-from sim.grasp import Phase
-from sim.referee import PhysicalRecord
+from sim.arm.grasp import Phase
+from sim.belt.referee import PhysicalRecord
 from tracker.base import Status
 
 DT = 1.0 / 120.0

@@ -11,10 +11,10 @@ from experiments.cell import Cell, Truth, make_cell
 from experiments.config import TrialConfig
 from experiments.loop import Loop
 from experiments.perception import NoisyOracle, Oracle, Seeing
-from sim import environment, task
-from sim.grasp import Phase
-from sim.objects import OBJECTS
-from sim.turntable import RADIUS_M
+from sim.arm.grasp import Phase
+from sim.belt import environment, task
+from sim.belt.objects import OBJECTS
+from sim.belt.turntable import RADIUS_M
 from tracker.prediction import make_predictor
 
 IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)

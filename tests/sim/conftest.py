@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from dm_control import mjcf
 
-from sim.arena import Cell
-from sim.conveyor import Conveyor
-from sim.embodiments import UR3_SOFT, UR5_RG2, Embodiment
-from sim.objects import OBJECTS, Prop
-from sim.robot import Robot
-from sim.task import CONTROL_HZ, PHYSICS_HZ
+from sim.arm.embodiments import UR3_SOFT, UR5_RG2, Embodiment
+from sim.arm.robot import Robot
+from sim.belt.arena import Cell
+from sim.belt.conveyor import Conveyor
+from sim.belt.objects import OBJECTS, Prop
+from sim.belt.task import CONTROL_HZ, PHYSICS_HZ
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from dm_control import mjcf
 
-from sim import artwork, textures
-from sim.objects import OBJECTS
+from sim import textures
+from sim.belt import artwork
+from sim.belt.objects import OBJECTS
 
 
 @pytest.mark.parametrize(

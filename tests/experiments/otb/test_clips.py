@@ -8,9 +8,9 @@ import pytest
 from experiments.otb.clips import RECIPES
 from experiments.otb.make import sequence_rng
 from experiments.otb.tb50 import ATTRIBUTES
-from sim.footage import film
-from sim.footage.clip import HEIGHT_PX, WALL_DEPTH_M, WIDTH_PX
-from sim.footage.stage import Stage
+from sim.video import film
+from sim.video.clip import HEIGHT_PX, WALL_DEPTH_M, WIDTH_PX
+from sim.video.stage import Stage
 
 SEEDS = (0, 1)
 EVERY = pytest.mark.parametrize(

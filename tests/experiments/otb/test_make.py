@@ -8,8 +8,8 @@ from experiments.otb import make
 from experiments.otb.clips import RECIPES, Recipe
 from experiments.otb.commands import Make
 from experiments.otb.sequences import GROUND_TRUTH, VideoSequence, load_sequence
-from sim.footage.clip import Actor, Clip, Moves
-from sim.footage.motion import Wave
+from sim.video.clip import Actor, Clip, Moves
+from sim.video.motion import Wave
 
 CLIP = Clip(
     "a panel drifts",

@@ -1,0 +1,126 @@
+"""The UR5 that carries the camera: it goes to a view by the project's servo, and says where it is.
+
+What it says comes from its joint angles through the published kinematics, with the error of a real
+hand-eye calibration and of the arm on top; the true pose is the simulator's alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from sim.apple.world import FLANGE_CAMERA_M, HAND_CAMERA
+from sim.arm.arms import UR5
+from sim.arm.servo import Servo, ServoConfig
+
+HOME_Q_RAD = (-0.3566, -1.7957, 1.9462, -0.1505, 1.2142, 3.1416)
+"""Camera 0.45 m in front of the arm's first axis, level, looking along x."""
+
+_HAND = ("camera_housing", "wrist_3_flange", "wrist_2_housing", "wrist_1_housing")
+_SPEED_RADPS = (1.0,) * 6
+"""Careful beside a tree: a third of what the arm can do."""
+_LIMIT_S = 8.0
+_RATE_HZ = round(ServoConfig().rate_hz)
+_PROGRESS = 0.98
+"""An arm that is not so much nearer after a quarter of a second will not arrive."""
+
+
+@dataclass(frozen=True)
+class PoseNoise:
+    """Standard deviations of what the arm says, about each axis, from one view to the next."""
+
+    rotation_rad: float = float(np.radians(0.5))
+    position_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} must be 0 or greater, got {value!r}")
+
+    def disturbed(self, T: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """(4, 4) the pose with an error, drawn even where it is zero."""
+        turn, shift = rng.standard_normal((2, 3))
+        wrong = T.copy()
+        quaternion, R = np.empty(4), np.empty(9)
+        mujoco.mju_euler2Quat(quaternion, self.rotation_rad * turn, "xyz")
+        mujoco.mju_quat2Mat(R, quaternion)
+        wrong[:3, :3] = T[:3, :3] @ R.reshape(3, 3)
+        wrong[:3, 3] += self.position_m * shift
+        return wrong
+
+
+def camera_pose(q_rad: np.ndarray) -> np.ndarray:
+    """(4, 4) T_base_camera of the camera in hand, from joint angles (6,) and the DH table.
+
+    The camera's axes are those of the flange: x right, y down, z forward; it stands off the flange
+    along z alone.  Source: [UR5DH] through `sim.arm.arms`.
+    """
+    T = np.eye(4)
+    T[:3, 3] = FLANGE_CAMERA_M
+    return UR5.forward(q_rad) @ T
+
+
+class EyeInHand:
+    """Moves the arm to camera poses, clear of the fruit, within its joint speeds."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        """`model` is an orchard's, of which the arm's six joints are all that moves."""
+        fruits = [name for i in range(model.ngeom) if (name := model.geom(i).name)[:4] == "skin"]
+        self._servo = Servo(model, ServoConfig(), _SPEED_RADPS, HAND_CAMERA, list(_HAND), fruits)
+        self.reset()
+
+    def reset(self, q_rad: np.ndarray | tuple[float, ...] = HOME_Q_RAD) -> None:
+        """Stands still in a configuration (6,)."""
+        self._servo.reset(np.asarray(q_rad, float))
+
+    @property
+    def q_rad(self) -> np.ndarray:
+        """(6,) joint angles."""
+        return self._servo.q
+
+    def drive(self, T_base_camera: np.ndarray) -> Generator[np.ndarray, None, bool]:
+        """Goes to a camera pose; yields (6,) joint angles, one for each 120th of a second.
+
+        Returns: whether the pose was reached, within a millimetre and a tenth of a degree.
+        """
+        still, nearest = np.zeros(6), np.inf
+        for step in range(round(_LIMIT_S * _RATE_HZ)):
+            self._servo.step(T_base_camera, still)
+            yield self._servo.q
+            off_m, turn_rad = self._distance(T_base_camera)
+            if off_m < 1e-3 and turn_rad < np.radians(0.1):
+                return True
+            if step % (_RATE_HZ // 4) == 0:
+                if off_m + 0.3 * turn_rad > _PROGRESS * nearest:
+                    return False
+                nearest = off_m + 0.3 * turn_rad
+        return False
+
+    def reach(
+        self, T_base_camera: np.ndarray, on_step: Callable[[np.ndarray], None] | None = None
+    ) -> bool:
+        """Goes to a camera pose; False, and back where it was, for one out of reach.
+
+        `on_step` is called with the joint angles (6,) of each step.
+        """
+        before = self.q_rad
+        driving = self.drive(T_base_camera)
+        while True:
+            try:
+                q_rad = next(driving)
+                if on_step is not None:
+                    on_step(q_rad)
+            except StopIteration as end:
+                if not end.value:
+                    self.reset(before)
+                return bool(end.value)
+
+    def _distance(self, T: np.ndarray) -> tuple[float, float]:
+        """How far the camera is from a pose, [m] and [rad]."""
+        error = np.linalg.inv(self._servo.T_world_tcp) @ T
+        turn = np.arccos(np.clip(0.5 * (np.trace(error[:3, :3]) - 1.0), -1.0, 1.0))
+        return float(np.linalg.norm(error[:3, 3])), float(turn)

@@ -1,0 +1,1 @@
+"""The arm and its gripper: models, servo, and the grasp as phases."""

@@ -1,0 +1,183 @@
+"""An arm with its gripper, as one composer entity.
+
+The arm is servoed in position with velocity feed-forward, the gripper by a force-limited position
+servo on the opening.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from dm_control import composer, mjcf
+from numpy.typing import ArrayLike
+
+from sim import ASSETS
+from sim.arm.arms import JOINT_NAMES
+from sim.arm.embodiments import UR5_RG2, Embodiment
+
+
+class Robot(composer.Entity):
+    """Arm with gripper; its frame is the mounting face of the arm, x towards the work."""
+
+    def _build(self, embodiment: Embodiment = UR5_RG2, *, fixed_fingers: bool = False) -> None:
+        """Reads both models and bolts the gripper to the flange.
+
+        Args:
+            embodiment: Which arm and gripper, and their waiting pose.
+            fixed_fingers: Weld the fingers fully open and leave out everything that moves them:
+                the six-joint model that inverse kinematics wants.
+        """
+        self._home_q_rad = np.array(embodiment.home_q_rad)
+        self._stroke_m = embodiment.gripper.stroke_m
+        self._mjcf_root = mjcf.from_path(str(ASSETS / embodiment.arm.xml))
+        self._gripper = mjcf.from_path(str(ASSETS / embodiment.gripper.xml))
+        if fixed_fingers:
+            _weld_fingers_open(self._gripper, self._stroke_m)
+        self._mjcf_root.find("site", "tool_mount").attach(self._gripper)
+
+        self._arm_joints = tuple(self._mjcf_root.find("joint", name) for name in JOINT_NAMES)
+        self._arm_actuators = tuple(self._mjcf_root.find("actuator", name) for name in JOINT_NAMES)
+        self._finger_joints = tuple(
+            joint
+            for side in ("right_finger", "left_finger")
+            if (joint := self._gripper.find("joint", side)) is not None
+        )
+        self._springs = tuple(
+            joint
+            for side in ("right_bend", "left_bend")
+            if (joint := self._gripper.find("joint", side)) is not None
+        )
+        self._gripper_actuator = self._gripper.find("actuator", "grip")
+        solid = [g for g in self._mjcf_root.find_all("geom") if not _is_visual(g)]
+        self._hand_geoms = tuple(g for g in solid if g.root is self._gripper)
+        self._arm_geoms = tuple(g for g in solid if g.root is self._mjcf_root)
+
+    @property
+    def mjcf_model(self) -> Any:
+        """PyMJCF model of the arm with the gripper attached."""
+        return self._mjcf_root
+
+    @property
+    def arm_joints(self) -> tuple[Any, ...]:
+        """The six joint elements, in the order of JOINT_NAMES."""
+        return self._arm_joints
+
+    @property
+    def arm_actuators(self) -> tuple[Any, ...]:
+        """The six position servos, in the order of JOINT_NAMES."""
+        return self._arm_actuators
+
+    @property
+    def finger_joints(self) -> tuple[Any, ...]:
+        """Right and left slide, 0 m closed to half the stroke open; empty with fixed fingers."""
+        return self._finger_joints
+
+    @property
+    def finger_springs(self) -> tuple[Any, ...]:
+        """Right and left hinge [rad] of fingers that give way; empty for stiff ones."""
+        return self._springs
+
+    @property
+    def gripper_actuator(self) -> Any | None:
+        """The force-limited servo of the opening; None with fixed fingers."""
+        return self._gripper_actuator
+
+    @property
+    def tcp_site(self) -> Any:
+        """Midpoint of the pads' centres: z out of the hand, x the closing axis."""
+        return self._gripper.find("site", "tcp")
+
+    @property
+    def flange_site(self) -> Any:
+        """Tool flange of the arm, the end of the DH chain."""
+        return self._mjcf_root.find("site", "flange")
+
+    @property
+    def pad_geoms(self) -> tuple[Any, ...]:
+        """Right and left pad."""
+        return tuple(self._gripper.find("geom", name) for name in ("right_pad", "left_pad"))
+
+    @property
+    def hand_geoms(self) -> tuple[Any, ...]:
+        """Every colliding geom of the gripper, the pads among them."""
+        return self._hand_geoms
+
+    @property
+    def arm_geoms(self) -> tuple[Any, ...]:
+        """Every colliding geom of the arm."""
+        return self._arm_geoms
+
+    def command_arm(self, physics: Any, q_rad: np.ndarray, qd_radps: np.ndarray) -> None:
+        """Sets the joint servos to follow a moving configuration without velocity lag.
+
+        A position servo trails a moving set-point by (kv / kp) qd; that much is added to it. The
+        set-point then stands still until the next command, so give the configuration wanted in
+        the middle of the control step; its end would make the arm lead by half a step.
+
+        Args:
+            physics: Physics of the compiled scene.
+            q_rad: (6,) wanted joint angles.
+            qd_radps: (6,) wanted joint speeds.
+        """
+        servos = physics.bind(self._arm_actuators)
+        lead_s = servos.biasprm[:, 2] / servos.biasprm[:, 1]
+        self._set_control(physics, servos, np.asarray(q_rad) + lead_s * np.asarray(qd_radps))
+
+    def command_width(self, physics: Any, width_m: float) -> None:
+        """Sets the opening the gripper moves to; a set-point inside an object squeezes it."""
+        servo = physics.bind(self._gripper_actuator)
+        self._set_control(physics, servo, 0.5 * np.clip(width_m, 0.0, self._stroke_m))
+
+    @staticmethod
+    def _set_control(physics: Any, servos: Any, control: Any) -> None:
+        # A binding's `ctrl` would mark the state as changed, and whoever next reads a derived
+        # quantity would have the scene computed anew: slow, and the last bits would then depend
+        # on who looks.
+        physics.data.ctrl[servos.element_id] = control
+
+    def q(self, physics: Any) -> np.ndarray:
+        """(6,) joint angles [rad]."""
+        return np.array(physics.bind(self._arm_joints).qpos)
+
+    def qd(self, physics: Any) -> np.ndarray:
+        """(6,) joint speeds [rad/s]."""
+        return np.array(physics.bind(self._arm_joints).qvel)
+
+    def width_m(self, physics: Any) -> float:
+        """Opening as the drive has it; fingers that give way bend out of it."""
+        return float(np.sum(physics.bind(self._finger_joints).qpos))
+
+    def go_home(self, physics: Any) -> None:
+        """Puts the arm at its waiting pose with the hand open; as `set_configuration` does."""
+        self.set_configuration(physics, self._home_q_rad, self._stroke_m)
+
+    def set_configuration(self, physics: Any, q_rad: ArrayLike, width_m: float) -> None:
+        """Puts arm and fingers in place, at rest, with their servos holding them there.
+
+        Call inside `physics.reset_context()`, which brings all that depends on them up to date.
+        """
+        arm = physics.bind(self._arm_joints)
+        q = np.asarray(q_rad, float)
+        arm.qpos, arm.qvel = q, 0.0
+        self.command_arm(physics, q, np.zeros(6))
+        fingers = physics.bind(self._finger_joints)
+        fingers.qpos, fingers.qvel = 0.5 * width_m, 0.0
+        if self._springs:
+            springs = physics.bind(self._springs)
+            springs.qpos, springs.qvel = springs.qpos_spring, 0.0
+        self.command_width(physics, width_m)
+
+
+def _is_visual(geom: Any) -> bool:
+    return geom.dclass is not None and geom.dclass.dclass == "visual"
+
+
+def _weld_fingers_open(gripper: Any, stroke_m: float) -> None:
+    """Removes every joint, coupling, tendon and actuator, leaving the fingers open and straight."""
+    for kind in ("actuator", "equality", "tendon", "joint"):
+        for element in gripper.find_all(kind):
+            element.remove()
+    for name, direction in (("right_finger", 1.0), ("left_finger", -1.0)):
+        finger = gripper.find("body", name)
+        finger.pos = finger.pos + np.array([0.5 * direction * stroke_m, 0.0, 0.0])

@@ -1,0 +1,1 @@
+"""The cell: a conveyor or a turntable, an object on it, and the referee of an attempt."""

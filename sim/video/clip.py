@@ -1,0 +1,130 @@
+"""What a film shows: target, other actors, light, camera and how they move.
+
+Lengths in the image are those of the unturned camera, for an actor that has not come nearer yet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from sim.video.motion import Terms
+
+WIDTH_PX, HEIGHT_PX = 320, 240
+FOCAL_PX = 300.0
+"""Distance of the projection centre from the image."""
+WALL_DEPTH_M = 4.0
+"""Distance of the scenery, a flat wall, from the camera."""
+SHORTEST_SIDE_PX = 8.0
+
+Shape = Literal["panel", "carton", "sheet"]
+Artwork = Literal["poster", "look-alike", "pole"]
+Scenery = Literal["shelves", "bricks", "leaves", "gallery"]
+
+
+@dataclass(frozen=True)
+class Moves:
+    """How an actor leaves the pose that it starts in, square-on to the camera and flat."""
+
+    x_px: Terms = ()
+    """To the right."""
+    y_px: Terms = ()
+    """Downwards."""
+    zoom_octaves: Terms = ()
+    """Towards the camera; 1 doubles the size in the image."""
+    roll_rad: Terms = ()
+    """In the image plane, clockwise as seen."""
+    yaw_rad: Terms = ()
+    """About the vertical."""
+    pitch_rad: Terms = ()
+    """About the horizontal."""
+    bend_rad: Terms = ()
+    """Of a sheet: angle between its left and right edge, rolled onto a cylinder."""
+    ripple: Terms = ()
+    """Of a sheet: height of the waves that run along it, as a share of its width."""
+    sway: Terms = ()
+    """Of a sheet: how far its plane is pulled into an S, as a share of its size."""
+
+
+@dataclass(frozen=True)
+class Actor:
+    """A thing in front of the scenery."""
+
+    size_px: tuple[float, float]
+    """Width and height in the image at the start."""
+    start_px: tuple[float, float] = (0.5 * (WIDTH_PX - 1), 0.5 * (HEIGHT_PX - 1))
+    """Where its centre is in the image at the start, from 0."""
+    depth_m: float = 1.5
+    """Of its front, from the camera, at the start."""
+    moves: Moves = Moves()
+    shape: Shape = "panel"
+    artwork: Artwork = "poster"
+    thickness: float = 0.4
+    """Of a carton, as a share of its width."""
+
+    def __post_init__(self) -> None:
+        if min(self.size_px) < SHORTEST_SIDE_PX:
+            raise ValueError(
+                f"size_px must be at least {SHORTEST_SIDE_PX:g} each way, got {self.size_px}"
+            )
+        if not 0.0 < self.depth_m < WALL_DEPTH_M:
+            raise ValueError(
+                f"depth_m must lie between the camera and the scenery at {WALL_DEPTH_M:g} m, "
+                f"got {self.depth_m!r}"
+            )
+
+    @property
+    def size_m(self) -> tuple[float, float]:
+        """Width and height."""
+        scale = self.depth_m / FOCAL_PX
+        return self.size_px[0] * scale, self.size_px[1] * scale
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """Light from everywhere, a far lamp beside the camera, and a spotlight that wanders."""
+
+    ambient: float = 0.40
+    lamp: float = 0.60
+    lamp_octaves: Terms = ()
+    """Change of the lamp's brightness; 1 doubles it."""
+    spot: float = 0.0
+    spot_x_px: Terms = ()
+    """Where the spotlight points on the scenery, from the middle of the image."""
+    spot_y_px: Terms = ()
+
+
+@dataclass(frozen=True)
+class Shake:
+    """How the camera turns on its tripod."""
+
+    pan_rad: Terms = ()
+    """To the right."""
+    tilt_rad: Terms = ()
+    """Upwards."""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A film with one target."""
+
+    description: str
+    target: Actor
+    others: tuple[Actor, ...] = ()
+    """Occluders, nearer than the target, or look-alikes behind it."""
+    scenery: Scenery = "shelves"
+    lighting: Lighting = Lighting()
+    shake: Shake = Shake()
+    exposure_frames: float = 0.0
+    """How long the shutter is open: 0 freezes every motion, 1 blurs it all."""
+    noise_levels: float = 1.5
+    """Standard deviation of the sensor noise, in levels of 255."""
+    frame_count: int = 90
+
+    def __post_init__(self) -> None:
+        if self.frame_count < 2:
+            raise ValueError(f"frame_count must be 2 or more, got {self.frame_count}")
+        if not 0.0 <= self.exposure_frames <= 1.0:
+            raise ValueError(f"exposure_frames must be from 0 to 1, got {self.exposure_frames!r}")
+        if self.noise_levels < 0.0:
+            raise ValueError(f"noise_levels must be 0 or more, got {self.noise_levels!r}")
