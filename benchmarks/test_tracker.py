@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
-from tracker.detection import DetectionConfig, TemplateDetector
-from tracker.image import ArrayImage
-from tracker.perception import TargetTracker
-from tracker.rectify import OverheadView
-from tracker.registry import get_tracker_config
-from tracker.template import Template
+from tracker.affine.template import Template
+from tracker.belt.detection import DetectionConfig, TemplateDetector
+from tracker.belt.image import ArrayImage
+from tracker.belt.perception import TargetTracker
+from tracker.belt.rectify import OverheadView
+from tracker.belt.registry import get_tracker_config
 
 SCENES = Path(__file__).parents[1] / "tests" / "tracker" / "scenes.py"
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from experiments.otb.contestants import CONTESTANTS
-from tracker import filter as particle_filter
-from tracker.filter import ParticleFilter
-from tracker.likelihood import TemplateObservation
-from tracker.matching import PatchMatcher
-from tracker.particle_box_tracker import ParticleBoxTracker
-from tracker.proposal import GaussianProposal, PriorProposal
-from tracker.registry import BOX_TRACKERS
+from tracker.affine import filter as particle_filter
+from tracker.affine.filter import ParticleFilter
+from tracker.affine.likelihood import TemplateObservation
+from tracker.affine.matching import PatchMatcher
+from tracker.affine.proposal import GaussianProposal, PriorProposal
+from tracker.belt.registry import BOX_TRACKERS
+from tracker.video.particle_box_tracker import ParticleBoxTracker
 
 PARTICLES = 100
 FRAMES = 300

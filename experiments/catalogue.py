@@ -23,9 +23,9 @@ def catalogue() -> dict[str, dict[str, str]]:
     from sim.belt.objects import OBJECTS
     from sim.imaging.camera import CAMERAS
     from sim.imaging.degradations import DEGRADATIONS, NORMAL
-    from tracker.prediction import PREDICTORS
-    from tracker.readings import READINGS
-    from tracker.registry import TRACKERS
+    from tracker.belt.prediction import PREDICTORS
+    from tracker.belt.registry import TRACKERS
+    from tracker.video.readings import READINGS
 
     videos = {name: entry for name, entry in CONTESTANTS.items() if name not in READINGS}
     return {
@@ -57,7 +57,7 @@ def _descriptions(registry: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _peers() -> dict[str, str]:
-    from tracker.baselines import BASELINES
+    from tracker.peers.baselines import BASELINES
 
     return {
         name: row.description if row.is_available else f"{row.description} (needs `make peers`)"
@@ -68,7 +68,7 @@ def _peers() -> dict[str, str]:
 def check_names(config: TrialConfig) -> None:
     """Raises ValueError for the first name that no registry holds, or that is not installed."""
     from sim.imaging.degradations import get_condition
-    from tracker.outside import get_box_finder, is_outside
+    from tracker.peers.outside import get_box_finder, is_outside
 
     names = catalogue()
     trackers = [*names["trackers"], *names["control arms"], *names["peers"]]

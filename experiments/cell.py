@@ -18,7 +18,7 @@ from sim.belt.environment import load, make_servo
 from sim.belt.motions import MOTIONS
 from sim.belt.task import ConveyorGrasp
 from sim.belt.task_config import TaskConfig
-from tracker.template import Template
+from tracker.affine.template import Template
 
 
 @dataclass(frozen=True, eq=False)

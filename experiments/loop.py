@@ -19,7 +19,7 @@ from sim.belt.scenario import ScenarioRange
 from sim.belt.task import CONTROL_HZ
 from sim.belt.task_config import Episode
 from sim.imaging.sensor import Frame
-from tracker.perception import TargetObservation
+from tracker.belt.perception import TargetObservation
 
 HOLD_PATIENCE_S = 1.5
 """A hand that has held still this long without success holds nothing."""

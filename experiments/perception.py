@@ -21,12 +21,12 @@ from experiments.seeding import Stream, generator
 from experiments.trace import EstimateSample
 from sim.arm.target_motion import TargetMotion
 from sim.imaging.sensor import Frame
-from tracker.backproject import TargetPose
 from tracker.base import Status
-from tracker.perception import TargetObservation, TargetTracker
-from tracker.prediction import Predictor, TargetPrediction, make_predictor
-from tracker.rectify import OverheadView
-from tracker.registry import get_tracker_config
+from tracker.belt.backproject import TargetPose
+from tracker.belt.perception import TargetObservation, TargetTracker
+from tracker.belt.prediction import Predictor, TargetPrediction, make_predictor
+from tracker.belt.rectify import OverheadView
+from tracker.belt.registry import get_tracker_config
 
 OBSERVED_STD_M = 0.002
 OBSERVED_STD_RAD = math.radians(1.0)

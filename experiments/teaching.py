@@ -18,9 +18,9 @@ import numpy as np
 from sim.belt.conveyor import BELT_CENTRE_X_M
 from sim.belt.path import Pose
 from sim.belt.task import ConveyorGrasp
-from tracker.image import ArrayImage
-from tracker.rectify import OverheadView
-from tracker.template import Template
+from tracker.affine.template import Template
+from tracker.belt.image import ArrayImage
+from tracker.belt.rectify import OverheadView
 
 PICTURE_M_PER_PX = 0.001
 SHIFTS = 3

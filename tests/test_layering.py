@@ -223,7 +223,7 @@ def test_the_perception_of_a_tracker_names_no_truth() -> None:
 @pytest.mark.parametrize(
     ("module", "source"),
     [
-        ("sim.imaging.camera", "import tracker.aff2"),
+        ("sim.imaging.camera", "import tracker.affine.aff2"),
         ("sim.imaging.camera", "from experiments import config"),
         ("tracker.pf", "import mujoco as m"),
         ("tracker.pf", "def late():\n    from dm_control import mjcf"),
@@ -236,7 +236,7 @@ def test_a_wrong_import_is_found(module: str, source: str) -> None:
 
 def test_relative_imports_stay_in_their_package() -> None:
     assert imported("from . import aff2\nfrom .weights import ess", "tracker.pf") >= {
-        "tracker.aff2",
+        "tracker.affine.aff2",
         "tracker.weights",
     }
 

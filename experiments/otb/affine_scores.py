@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.otb.affine_truth import AffineTruth
-from tracker import aff2
+from tracker.affine import aff2
 from tracker.base import WarpEstimate
 from tracker.box_tracker import BoxEstimate
 

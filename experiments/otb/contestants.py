@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.catalogue import require_known
-from tracker.baselines import BASELINES, Baseline
+from tracker.belt.registry import BOX_TRACKERS
 from tracker.box_tracker import BoxTracker
-from tracker.outside import get_box_finder, is_outside, source_of
-from tracker.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker
-from tracker.readings import READINGS
-from tracker.registry import BOX_TRACKERS
+from tracker.peers.baselines import BASELINES, Baseline
+from tracker.peers.outside import get_box_finder, is_outside, source_of
+from tracker.video.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker
+from tracker.video.readings import READINGS
 
 
 @dataclass(frozen=True)

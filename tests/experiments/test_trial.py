@@ -15,7 +15,7 @@ from sim.arm.grasp import Phase
 from sim.belt import environment, task
 from sim.belt.objects import OBJECTS
 from sim.belt.turntable import RADIUS_M
-from tracker.prediction import make_predictor
+from tracker.belt.prediction import make_predictor
 
 IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
 

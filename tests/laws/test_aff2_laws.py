@@ -5,7 +5,7 @@ import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tracker import aff2
+from tracker.affine import aff2
 
 SCALES = st.sampled_from([0.0, 1e-12, 1e-7, 1e-4, 1e-2, 0.3, 1.0])
 

@@ -7,7 +7,7 @@ linear, and a direct observation of the translation makes the Kalman filter on (
 import numpy as np
 import pytest
 
-from tracker.filter import FilterConfig, ParticleFilter
+from tracker.affine.filter import FilterConfig, ParticleFilter
 
 A = 0.9
 PROCESS_STD = 0.05

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tracker import aff2
-from tracker.resampling import (
+from tracker.affine import aff2
+from tracker.affine.resampling import (
     RESAMPLERS,
     CombinationConfig,
     Particles,
@@ -13,7 +13,7 @@ from tracker.resampling import (
     residual_indices,
     systematic_indices,
 )
-from tracker.state_space import STATE_SPACES
+from tracker.affine.state_space import STATE_SPACES
 
 INDEX_DRAWS = {
     "multinomial": multinomial_indices,

@@ -12,9 +12,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import scenes
 
-from tracker import aff2
-from tracker.rectify import OverheadView
-from tracker.template import Template
+from tracker.affine import aff2
+from tracker.affine.template import Template
+from tracker.belt.rectify import OverheadView
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from scenes import box_picture
 
-from tracker.baselines import BASELINES
+from tracker.peers.baselines import BASELINES
 
 BOX = np.array([60.0, 50.0, 48.0, 32.0])
 STEP_PX = (2.0, 1.0)

@@ -3,7 +3,7 @@ import pytest
 
 from experiments.otb.affine_scores import AffineReferee, nees, resampling_distance
 from experiments.otb.affine_truth import AffineTruth
-from tracker import aff2
+from tracker.affine import aff2
 from tracker.base import ResamplingTrace, Status, WarpEstimate
 from tracker.box_tracker import BoxEstimate
 

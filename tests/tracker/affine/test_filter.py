@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+
+from tracker.affine import aff2
+from tracker.affine.filter import FilterConfig, ParticleFilter
+from tracker.affine.resampling import Particles
+
+
+class Indifferent:
+    """An image that says nothing."""
+
+    def log_likelihood(self, warps):
+        return np.zeros(len(warps))
+
+    def linearise(self, warps, iteration=0):
+        return np.zeros((len(warps), 6)), np.zeros((len(warps), 6, 6))
+
+
+class Impossible(Indifferent):
+    """An image that no warp explains."""
+
+    def log_likelihood(self, warps):
+        return np.full(len(warps), -np.inf)
+
+
+@pytest.fixture(params=["igpf", "gpf", "pf"])
+def config(request):
+    from tracker.belt.registry import get_tracker_config
+
+    return get_tracker_config(request.param).filter
+
+
+def started(config, seed=0):
+    particle_filter = ParticleFilter(config, np.random.default_rng(seed))
+    particle_filter.start(aff2.similarity(40.0, 0.5, [100, 50]))
+    return particle_filter
+
+
+def test_same_seed_same_path(config):
+    paths = []
+    for _ in range(2):
+        particle_filter = started(config, seed=5)
+        paths.append([particle_filter.step(Indifferent(), 1 / 30).warp for _ in range(3)])
+    np.testing.assert_array_equal(paths[0], paths[1])
+
+
+def test_non_finite_particles_get_no_weight_and_disappear(config):
+    particle_filter = started(config)
+    good = particle_filter.particles
+    warps = good.warps.copy()
+    warps[3] = np.nan
+    warps[7, :2, :2] = -1e30
+    warps[9] = np.diag([-2.0, -3.0, 1.0])
+    particle_filter._particles = Particles(
+        warps, good.previous, good.log_weights, good.log_likelihoods
+    )
+    estimate = particle_filter.step(Indifferent(), 1 / 30)
+    assert np.isfinite(estimate.warp).all()
+    assert np.isfinite(estimate.covariance).all()
+    assert aff2.is_valid(particle_filter.particles.warps).all()
+
+
+def test_an_inexplicable_image_leaves_finite_particles(config):
+    particle_filter = started(config)
+    estimate = particle_filter.step(Impossible(), 1 / 30)
+    assert estimate.log_evidence == -np.inf
+    assert np.isfinite(estimate.warp).all()
+    assert np.isfinite(particle_filter.step(Indifferent(), 1 / 30).warp).all()
+
+
+def test_coasting_keeps_the_velocity():
+    config = FilterConfig(autoregression=1.0, noise_per_root_s=(1e-6,) * 6)
+    particle_filter = ParticleFilter(config, np.random.default_rng(0))
+    start, then = (aff2.similarity(40.0, 0.0, [x, 50]) for x in (100.0, 110.0))
+    particle_filter.start(then, start, 1 / 30)
+    for _ in range(3):
+        estimate = particle_filter.coast(1 / 30)
+    np.testing.assert_allclose(estimate.warp[0, 2], 140.0, atol=0.1)
+
+
+def test_particles_before_start_are_refused():
+    with pytest.raises(ValueError, match="start"):
+        _ = ParticleFilter(FilterConfig(), np.random.default_rng(0)).particles
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("particle_count", 0),
+        ("state_space", "sphere"),
+        ("proposal", "oracle"),
+        ("resampling", "none"),
+        ("autoregression", np.nan),
+        ("noise_per_root_s", (0.1, 0.1, 0.1, 0.1, 0.1, -0.1)),
+        ("noise_per_root_s", (0.1,)),
+        ("iterations", 0),
+        ("prior_share", 1.0),
+        ("resampling_threshold", 1.5),
+    ],
+)
+def test_bad_settings_are_refused(field, value):
+    with pytest.raises(ValueError, match=field):
+        FilterConfig(**{field: value})
+
+
+def test_gaussian_proposal_on_a_vector_is_refused():
+    with pytest.raises(ValueError, match="proposal"):
+        FilterConfig(state_space="vector", proposal="gaussian")

@@ -1,0 +1,216 @@
+"""The affine group Aff(2) of the plane, on stacked arrays.
+
+An element is a (..., 3, 3) matrix `[[A, t], [0, 0, 1]]` with det A > 0, in float64. Its tangent
+vector `(..., 6)` lists scale, aspect, rotation, shear, x, y, in the order of [IGPF2021] Eq (5).
+Perturbations act on the right: `X exp(hat(e))`, so `e` lives in template coordinates. Functions
+broadcast over leading axes. Compiled closed forms replace the general matrix exponential and
+logarithm; both are smooth through the identity. Elements without a principal logarithm give NaN,
+so check `is_valid` before `log` where particles may have strayed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tracker.affine import aff2_loops as loops
+
+
+def hat(e: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) algebra matrix of tangent vectors (..., 6). [IGPF2021] Eq (5)."""
+    e = np.asarray(e, float)
+    M = np.zeros((*e.shape[:-1], 3, 3))
+    M[..., 0, 0] = e[..., 0] + e[..., 1]
+    M[..., 0, 1] = e[..., 3] - e[..., 2]
+    M[..., 1, 0] = e[..., 3] + e[..., 2]
+    M[..., 1, 1] = e[..., 0] - e[..., 1]
+    M[..., :2, 2] = e[..., 4:]
+    return M
+
+
+def vee(M: np.ndarray) -> np.ndarray:
+    """(..., 6) tangent vectors of algebra matrices (..., 3, 3); inverse of `hat`."""
+    e = np.empty((*M.shape[:-2], 6))
+    e[..., 0] = 0.5 * (M[..., 0, 0] + M[..., 1, 1])
+    e[..., 1] = 0.5 * (M[..., 0, 0] - M[..., 1, 1])
+    e[..., 2] = 0.5 * (M[..., 1, 0] - M[..., 0, 1])
+    e[..., 3] = 0.5 * (M[..., 1, 0] + M[..., 0, 1])
+    e[..., 4:] = M[..., :2, 2]
+    return e
+
+
+def is_valid(X: np.ndarray, det_range: tuple[float, float] = (1e-9, 1e9)) -> np.ndarray:
+    """(...,) True where X is finite and det A lies inside `det_range`."""
+    X = np.ascontiguousarray(X, float)
+    result = np.empty(X.shape[:-2], bool)
+    loops.is_valid(X.reshape(-1, 3, 3), *det_range, result.reshape(-1))
+    return result
+
+
+def compose(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) product X Y: the warp that applies Y first."""
+    return X @ Y
+
+
+def inverse(X: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) group inverse."""
+    Y = np.zeros_like(X, dtype=float)
+    det = _det2(X)
+    Y[..., 0, 0] = X[..., 1, 1] / det
+    Y[..., 1, 1] = X[..., 0, 0] / det
+    Y[..., 0, 1] = -X[..., 0, 1] / det
+    Y[..., 1, 0] = -X[..., 1, 0] / det
+    Y[..., :2, 2] = -np.einsum("...ij,...j->...i", Y[..., :2, :2], X[..., :2, 2])
+    Y[..., 2, 2] = 1.0
+    return Y
+
+
+def exp(e: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) group elements of tangent vectors (..., 6)."""
+    e = np.ascontiguousarray(e, float)
+    X = np.empty((*e.shape[:-1], 3, 3))
+    loops.exp(e.reshape(-1, 6), X.reshape(-1, 3, 3))
+    return X
+
+
+def log(X: np.ndarray) -> np.ndarray:
+    """(..., 6) principal logarithm of group elements; NaN where there is none."""
+    X = np.ascontiguousarray(X, float)
+    e = np.empty((*X.shape[:-2], 6))
+    loops.log(X.reshape(-1, 3, 3), e.reshape(-1, 6))
+    return e
+
+
+def difference(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+    """(..., 6) tangent vector `vee log(X^-1 Y)` that leads from X to Y."""
+    X, Y, shape = _paired(X, Y, 2, 2)
+    e = np.empty((*shape, 6))
+    loops.difference(X.reshape(-1, 3, 3), Y.reshape(-1, 3, 3), e.reshape(-1, 6))
+    return e
+
+
+def perturb(X: np.ndarray, e: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) right perturbation `X exp(hat(e))`. [IGPF2021] Eq (18)."""
+    X, e, shape = _paired(X, e, 2, 1)
+    Y = np.empty((*shape, 3, 3))
+    loops.perturb(X.reshape(-1, 3, 3), e.reshape(-1, 6), Y.reshape(-1, 3, 3))
+    return Y
+
+
+def adjoint(X: np.ndarray) -> np.ndarray:
+    """(..., 6, 6) matrix with `X exp(hat(e)) X^-1 = exp(hat(Ad e))`."""
+    basis = hat(np.eye(6))
+    M = X[..., None, :, :] @ basis @ inverse(X)[..., None, :, :]
+    return np.swapaxes(vee(M), -1, -2)
+
+
+def algebra_adjoint(e: np.ndarray) -> np.ndarray:
+    """(..., 6, 6) matrix of the bracket: `ad(e) f = vee([hat(e), hat(f)])`."""
+    basis = hat(np.eye(6))
+    M = hat(e)[..., None, :, :]
+    return np.swapaxes(vee(M @ basis - basis @ M), -1, -2)
+
+
+def right_jacobian(e: np.ndarray, terms: int = 24) -> np.ndarray:
+    """(..., 6, 6) Jr with `exp(e + d) = exp(e) exp(Jr d)` to first order in d.
+
+    Series `sum_n (-ad e)^n / (n + 1)!`, exact to float64 for |e| up to about 3.
+    """
+    ad = -algebra_adjoint(e)
+    J = np.broadcast_to(np.eye(6), ad.shape).copy()
+    term = J.copy()
+    for n in range(1, terms):
+        term = term @ ad / (n + 1)
+        J += term
+    return J
+
+
+def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
+    """(...,) ln |det Jr(e)| from the eigenvalues of `ad`, without a 6x6 matrix.
+
+    On the 2x2 part `ad` has eigenvalues 0, 0, +-2 sqrt(D); on the translations those of the 2x2
+    block, tau +- sqrt(D). Densities on this non-unimodular group need it: both the prior and the
+    proposal must be taken against the same measure.
+    """
+    e = np.ascontiguousarray(e, float)
+    result = np.empty(e.shape[:-1])
+    loops.log_det_right_jacobian(e.reshape(-1, 6), result.reshape(-1))
+    return result
+
+
+def advance(X: np.ndarray, Y: np.ndarray, share: float) -> np.ndarray:
+    """(n, 3, 3) elements Y moved on by a share of the tangent vectors from X (n, 3, 3) to Y."""
+    result = np.empty(Y.shape)
+    X, Y = np.ascontiguousarray(X, float), np.ascontiguousarray(Y, float)
+    loops.advance(X, Y, share, result)
+    return result
+
+
+def mean(X: np.ndarray, weights: np.ndarray, iterations: int = 2) -> np.ndarray:
+    """(3, 3) intrinsic mean of elements (n, 3, 3) under weights (n,) that sum to one.
+
+    Starts at the heaviest element and repeats `Xbar <- Xbar exp(sum w log(Xbar^-1 X))`; a plain
+    average of matrices would shrink rotations. Elements without a logarithm there (some that are
+    half a turn away) count as if they were at the mean. [Kwon2010]
+    """
+    Xbar = np.empty((3, 3))
+    loops.mean(np.ascontiguousarray(X, float), weights, iterations, Xbar)
+    return Xbar
+
+
+def covariance(X: np.ndarray, weights: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """(6, 6) weighted sum of outer products of the tangent vectors from `centre` (3, 3) to X.
+
+    Elements of X (n, 3, 3) without a logarithm there count as if they were at `centre`.
+    """
+    result = np.empty((6, 6))
+    loops.covariance(np.ascontiguousarray(X, float), weights, centre, result)
+    return result
+
+
+def polar(X: np.ndarray) -> np.ndarray:
+    """(..., 6) affine parameters: log scale, aspect, angle [rad], shear, x, y.
+
+    The 2x2 block is split as `R(angle) exp(symmetric)`; x and y are those of the matrix.
+    """
+    X = np.ascontiguousarray(X, float)
+    p = np.empty((*X.shape[:-2], 6))
+    loops.polar(X.reshape(-1, 3, 3), p.reshape(-1, 6))
+    return p
+
+
+def from_polar(p: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) warps of affine parameters (..., 6); inverse of `polar`."""
+    p = np.ascontiguousarray(p, float)
+    X = np.empty((*p.shape[:-1], 3, 3))
+    loops.from_polar(p.reshape(-1, 6), X.reshape(-1, 3, 3))
+    return X
+
+
+def similarity(scale: float, angle_rad: float, centre: np.ndarray) -> np.ndarray:
+    """(3, 3) warp that scales, rotates and then moves the origin to `centre` (2,)."""
+    p = np.zeros(6)
+    p[0], p[2], p[4:] = np.log(scale), angle_rad, centre
+    return from_polar(p)
+
+
+def _paired(
+    a: np.ndarray, b: np.ndarray, a_core: int, b_core: int
+) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
+    """Both as contiguous float64 stacks of equal leading shape, or single; and that shape.
+
+    `a_core` and `b_core` count the axes of one element.
+    """
+    a, b = np.ascontiguousarray(a, float), np.ascontiguousarray(b, float)
+    a_shape, b_shape = a.shape[: a.ndim - a_core], b.shape[: b.ndim - b_core]
+    if a_shape == b_shape or not b_shape:
+        return a, b, a_shape
+    if not a_shape:
+        return a, b, b_shape
+    shape = np.broadcast_shapes(a_shape, b_shape)
+    a = np.ascontiguousarray(np.broadcast_to(a, (*shape, *a.shape[a.ndim - a_core :])))
+    b = np.ascontiguousarray(np.broadcast_to(b, (*shape, *b.shape[b.ndim - b_core :])))
+    return a, b, shape
+
+
+def _det2(X: np.ndarray) -> np.ndarray:
+    return X[..., 0, 0] * X[..., 1, 1] - X[..., 0, 1] * X[..., 1, 0]

@@ -1,0 +1,1 @@
+"""From camera images of the belt to the target's pose and where it will be."""

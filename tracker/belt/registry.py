@@ -1,0 +1,123 @@
+"""The trackers by name: one configuration type, rows that differ only where the methods do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from tracker.affine.filter import FilterConfig
+from tracker.affine.likelihood import LikelihoodConfig
+from tracker.belt.backproject import BackprojectConfig
+from tracker.belt.detection import DetectionConfig
+from tracker.belt.template_tracker import StatusConfig
+from tracker.peers.baselines import BASELINES
+from tracker.peers.outside import get_box_finder, is_outside
+from tracker.video.appearance import AppearanceConfig
+from tracker.video.guide import GuideConfig
+from tracker.video.particle_box_tracker import VIDEO_FILTER, VIDEO_LIKELIHOOD, BoxTrackerConfig
+from tracker.video.redetection import RedetectionConfig
+from tracker.video.refinement import RefinementConfig
+
+
+@dataclass(frozen=True)
+class TrackerConfig:
+    """Everything that determines a tracker except its random stream."""
+
+    description: str
+    """One line for listings."""
+    filter: FilterConfig = field(default_factory=FilterConfig)
+    """State space, proposal and resampling: where PF, GPF and IGPF differ."""
+    likelihood: LikelihoodConfig = field(default_factory=LikelihoodConfig)
+    """Photometric noise model."""
+    detection: DetectionConfig = field(default_factory=DetectionConfig)
+    """Initialisation and re-detection."""
+    status: StatusConfig = field(default_factory=StatusConfig)
+    """When the track counts as uncertain or lost."""
+    backproject: BackprojectConfig = field(default_factory=BackprojectConfig)
+    """Reconstruction of the pose."""
+    is_static: bool = False
+    """Hold the first detection instead of tracking."""
+    baseline: str = ""
+    """What follows the target instead of the filter: a row of BASELINES or an import path."""
+    max_speed_mps: float = 3.0
+    """Two detections that would need more than this are not the same target."""
+
+    def __post_init__(self) -> None:
+        if not self.max_speed_mps > 0:
+            raise ValueError(f"max_speed_mps must be a positive number, got {self.max_speed_mps!r}")
+
+    def with_particle_count(self, particle_count: int) -> TrackerConfig:
+        """The same tracker with another number of particles."""
+        return replace(self, filter=replace(self.filter, particle_count=particle_count))
+
+
+TRACKERS: dict[str, TrackerConfig] = {
+    "igpf": TrackerConfig(
+        description="particles on Aff(2), Gaussian proposal, improved Gaussian resampling",
+        filter=FilterConfig(
+            state_space="group", proposal="gaussian", resampling="improved-gaussian"
+        ),
+    ),
+    "gpf": TrackerConfig(
+        description="particles on Aff(2), Gaussian proposal, residual resampling",
+        filter=FilterConfig(state_space="group", proposal="gaussian", resampling="residual"),
+    ),
+    "pf": TrackerConfig(
+        description="vector of affine parameters, transition prior, systematic resampling",
+        filter=FilterConfig(state_space="vector", proposal="prior", resampling="systematic"),
+    ),
+    "static": TrackerConfig(
+        description="control: holds the first detection and never moves", is_static=True
+    ),
+}
+
+
+BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
+    "igpf": BoxTrackerConfig(
+        description="particles on Aff(2), Gaussian proposal, improved Gaussian resampling",
+        filter=replace(VIDEO_FILTER, resampling="improved-gaussian"),
+    ),
+    "gpf": BoxTrackerConfig(
+        description="particles on Aff(2), Gaussian proposal, residual resampling",
+        filter=replace(VIDEO_FILTER, resampling="residual"),
+    ),
+    "pf": BoxTrackerConfig(
+        description="vector of affine parameters, transition prior, systematic resampling",
+        filter=replace(
+            VIDEO_FILTER, state_space="vector", proposal="prior", resampling="systematic"
+        ),
+    ),
+    "igpf-best": BoxTrackerConfig(
+        description="igpf with all that helped: guide, anchored template, re-detection, refinement",
+        filter=replace(
+            VIDEO_FILTER,
+            resampling="improved-gaussian",
+            noise_per_root_s=(0.015, 0.003, 0.06, 0.003, 0.08, 0.08),
+        ),
+        likelihood=replace(VIDEO_LIKELIHOOD, is_local_noise=True),
+        guide=GuideConfig(),
+        appearance=AppearanceConfig(blurs=(0.06,), anchor=0.6),
+        redetection=RedetectionConfig(),
+        refinement=RefinementConfig(),
+    ),
+}
+"""For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021]
+to the letter of its Algorithm 1, identical but for the filter."""
+
+PEERS: dict[str, TrackerConfig] = {
+    name: TrackerConfig(description=baseline.description, baseline=name)
+    for name, baseline in BASELINES.items()
+}
+"""What people would pick instead, with the same detection and reconstruction."""
+
+
+def get_tracker_config(name: str) -> TrackerConfig:
+    """The named configuration, a peer's or that of a tracker from outside among them.
+
+    Raises ValueError that lists the valid names.
+    """
+    if is_outside(name):
+        return TrackerConfig(description=get_box_finder(name).description, baseline=name)
+    rows = TRACKERS | PEERS
+    if name not in rows:
+        raise ValueError(f"tracker must be one of {', '.join(rows)}; got {name!r}")
+    return rows[name]

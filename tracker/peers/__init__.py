@@ -1,0 +1,1 @@
+"""Trackers to compare with: OpenCV's, template matching, ECC, and those of users."""
