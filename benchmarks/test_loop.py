@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import pytest
 
-from experiments.cell import make_cell
-from experiments.config import TrialConfig
-from experiments.loop import Loop
-from experiments.perception import CONTROL_ARMS
+from experiments.belt.cell import make_cell
+from experiments.belt.config import TrialConfig
+from experiments.belt.loop import Loop
+from experiments.belt.perception import CONTROL_ARMS
 from sim.arm.embodiments import UR5_RG2
 from sim.arm.hand_motion import top_down_pose
 from sim.belt.environment import Environment, load, make_servo

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from experiments.otb.contestants import CONTESTANTS
+from experiments.video.contestants import CONTESTANTS
 from tracker.affine import filter as particle_filter
 from tracker.affine.filter import ParticleFilter
 from tracker.affine.likelihood import TemplateObservation

@@ -7,17 +7,17 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
-from experiments.config import TrialConfig
-from experiments.presets import PRESETS
+from experiments.belt.config import TrialConfig
+from experiments.belt.presets import PRESETS
 
 
 @cache
 def catalogue() -> dict[str, dict[str, str]]:
     """Kind -> name -> description; imports the simulation, so it takes a second."""
     from experiments.bearing_only.controllers import CONTROLLERS
-    from experiments.otb.contestants import CONTESTANTS
-    from experiments.otb.protocols import PROTOCOLS
-    from experiments.perception import CONTROL_ARMS
+    from experiments.belt.perception import CONTROL_ARMS
+    from experiments.video.contestants import CONTESTANTS
+    from experiments.video.protocols import PROTOCOLS
     from sim.arm.embodiments import EMBODIMENTS
     from sim.belt.motions import MOTIONS
     from sim.belt.objects import OBJECTS
@@ -83,7 +83,7 @@ def check_names(config: TrialConfig) -> None:
 
 def check_worlds(configs: Iterable[TrialConfig]) -> None:
     """Raises before any trial starts if a name is unknown or this machine cannot render."""
-    from experiments.rendering import gl_renderer
+    from experiments.belt.rendering import gl_renderer
 
     for config in configs:
         check_names(config)

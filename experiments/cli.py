@@ -18,10 +18,10 @@ from tyro.conf import Positional, arg, subcommand
 
 from experiments.apple.cli import Apple
 from experiments.bearing_only.commands import BearingOnly
-from experiments.config import TrialConfig
-from experiments.exits import CRASH_EXIT, INTERRUPT_EXIT, USAGE_EXIT
-from experiments.otb.commands import Otb
-from experiments.sweep_commands import Merge, Sweep
+from experiments.belt.commands import Merge, Sweep
+from experiments.belt.config import TrialConfig
+from experiments.study.exits import CRASH_EXIT, INTERRUPT_EXIT, USAGE_EXIT
+from experiments.video.commands import Otb
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
@@ -38,9 +38,9 @@ class Trial:
 
     def run(self) -> int:
         """Exit code 0, or 1 for an attempt that crashed; a failed grasp is no crash."""
-        from experiments import manifest, processes, workers
+        from experiments.belt.summary import summary_lines
         from experiments.catalogue import check_worlds
-        from experiments.summary import summary_lines
+        from experiments.study import manifest, processes, workers
 
         processes.limit_threads()
         check_worlds([self.config])
@@ -51,7 +51,7 @@ class Trial:
         if attempt.crash is not None:
             print(attempt.crash.rstrip(), file=sys.stderr)
         if self.json:
-            from experiments.records import to_json
+            from experiments.study.records import to_json
 
             print(json.dumps(to_json(attempt.result)))
         else:
@@ -70,7 +70,7 @@ class Report:
 
     def run(self) -> int:
         """Exit code 0."""
-        from experiments.report import write_report
+        from experiments.belt.report import write_report
 
         write_report(self.folder).show()
         return 0
@@ -87,7 +87,7 @@ class Compare:
 
     def run(self) -> int:
         """Exit code 0, whoever is better."""
-        from experiments.comparison import Contestant, verdict_lines
+        from experiments.belt.comparison import Contestant, verdict_lines
 
         lines = verdict_lines(Contestant.parse(self.first), Contestant.parse(self.second))
         print("\n".join(lines))
@@ -123,8 +123,8 @@ class View:
             os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
         ):
             raise OSError("view needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set")
+        from experiments.belt.viewer import show
         from experiments.catalogue import check_worlds
-        from experiments.viewer import show
 
         check_worlds([self.config])
         show(self.config)

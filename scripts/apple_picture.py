@@ -15,7 +15,7 @@ from experiments.apple.film import draw_view, true_pose
 from experiments.apple.observer import SEGMENTED, sighting
 from experiments.apple.photographs import ArmPhotographer
 from experiments.apple.worlds import CLASSES, WorldId, draw_world
-from experiments.movie import caption
+from experiments.report.movie import caption
 from tracker.apple.attitude import axis_error_deg
 from tracker.apple.silhouette_fit import fit_silhouettes
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from experiments.cell import make_cell
-from experiments.config import TrialConfig
-from experiments.loop import Loop
-from experiments.video import camera_view
+from experiments.belt.cell import make_cell
+from experiments.belt.config import TrialConfig
+from experiments.belt.loop import Loop
+from experiments.belt.recorder import camera_view
 from sim.imaging.degradations import DEGRADATIONS, NORMAL
 
 TARGET = Path(__file__).resolve().parent.parent / "docs" / "images" / "conditions.jpg"

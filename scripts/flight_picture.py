@@ -17,8 +17,8 @@ import numpy as np
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.film import film_of
 from experiments.bearing_only.flying import Instant, fly
-from experiments.figure_style import figure_style
-from experiments.processes import limit_threads
+from experiments.report.style import figure_style
+from experiments.study.processes import limit_threads
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "images"
 STUDIES = {"flight.jpg": "circle-pixels", "flight-points.jpg": "circle"}

@@ -11,8 +11,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from experiments.cell import make_cell
-from experiments.config import TrialConfig
+from experiments.belt.cell import make_cell
+from experiments.belt.config import TrialConfig
 from sim.belt.conveyor import BELT_CENTRE_X_M
 from sim.belt.objects import OBJECTS
 from sim.belt.path import Pose

@@ -11,10 +11,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from experiments.cell import make_cell
-from experiments.config import TrialConfig
-from experiments.loop import Loop
-from experiments.video import camera_view, cell_view
+from experiments.belt.cell import make_cell
+from experiments.belt.config import TrialConfig
+from experiments.belt.loop import Loop
+from experiments.belt.recorder import camera_view, cell_view
 from sim.arm.grasp import Phase
 
 PICTURES = {

@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from experiments.otb.sequences import GROUND_TRUTH, load_sequence
+from experiments.video.sequences import GROUND_TRUTH, load_sequence
 
 PATH = Path(__file__).parents[1] / "docs" / "images" / "sequences.jpg"
 MOMENTS = {

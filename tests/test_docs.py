@@ -15,8 +15,8 @@ from types import ModuleType
 import pytest
 
 from experiments import cli
-from experiments.config import TrialConfig
-from experiments.presets import PRESETS
+from experiments.belt.config import TrialConfig
+from experiments.belt.presets import PRESETS
 
 ROOT = Path(__file__).resolve().parent.parent
 CODE = ("sim", "tracker", "experiments", "assets", "benchmarks", "tests")

@@ -2,15 +2,17 @@
 
 `sim` and `tracker` know nothing of each other or of `experiments`, and `tracker` knows nothing of
 the simulator. A tracker, the servo and the grasp therefore see images, estimates and joint angles
-only: what the simulator knows of the object (the truth) lives in `sim.belt.task`, `sim.belt.environment`
-and `sim.belt.referee`; `experiments/cell.py` reads it out. Where it and a tracker are in one module:
-- `experiments/teaching.py` lays the object on the still belt before any trial and takes the
-  reference photograph, from which the template is cut that `experiments/cell.py` keeps;
-- `experiments/perception.py` holds the oracles beside the trackers;
-- `experiments/loop.py` runs perception and writes the truth into the trace, for scoring;
+only: what the simulator knows of the object (the truth) lives in `sim.belt.task`,
+`sim.belt.environment` and `sim.belt.referee`; `experiments/belt/cell.py` reads it out. Where it and
+a tracker are in one module:
+- `experiments/belt/teaching.py` lays the object on the still belt before any trial and takes the
+  reference photograph, from which the template is cut that `experiments/belt/cell.py` keeps;
+- `experiments/belt/perception.py` holds the oracles beside the trackers;
+- `experiments/belt/loop.py` runs perception and writes the truth into the trace, for scoring;
 - `experiments/bearing_only/flying.py` is the loop of the bearing-only flights, whose truth lives in
-  `sim.bearing_only.flight`; beside it `oracles.py` holds their oracles, `senses.py` and `image_senses.py` turn
-  the world into measurements, and `top_view.py` draws truth and belief for a film.
+  `sim.bearing_only.flight`; beside it `oracles.py` holds their oracles, `senses.py` and
+  `image_senses.py` turn the world into measurements, and `top_view.py` draws truth and belief for
+  a film;
 - `experiments/apple/replay.py` hangs the fruit up, and scores what the methods say of its images.
 """
 
@@ -37,17 +39,17 @@ TRUTH_MODULES = {
     "sim.belt.referee",
     "sim.bearing_only.flight",
     "sim.apple.fruit",
-    "experiments.cell",
+    "experiments.belt.cell",
 }
 BLIND_MODULES = ("sim.arm.servo", "sim.arm.grasp")
 TRACKER_VOCABULARY = {"tracker.base"}  # types that say how a track stands; nothing to tell truth to
 TRUTH_MEETS_TRACKER = {
     f"experiments.{name}"
     for name in (
-        "cell",
-        "loop",
-        "perception",
-        "teaching",
+        "belt.cell",
+        "belt.loop",
+        "belt.perception",
+        "belt.teaching",
         "apple.replay",
         "bearing_only.flying",
         "bearing_only.image_senses",
@@ -213,7 +215,7 @@ def test_truth_meets_a_tracker_in_plain_sight_only() -> None:
 
 def test_the_perception_of_a_tracker_names_no_truth() -> None:
     """The oracles stand beside it in the same module; they alone may read the truth."""
-    tree = ast.parse(SOURCES["experiments.perception"])
+    tree = ast.parse(SOURCES["experiments.belt.perception"])
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
     seeing = {name: truth_names(node) for name, node in classes.items() if "Oracle" not in name}
     assert "Seeing" in seeing
@@ -236,7 +238,7 @@ def test_a_wrong_import_is_found(module: str, source: str) -> None:
 
 def test_relative_imports_stay_in_their_package() -> None:
     assert imported("from . import aff2\nfrom .weights import ess", "tracker.pf") >= {
-        "tracker.affine.aff2",
+        "tracker.aff2",
         "tracker.weights",
     }
 

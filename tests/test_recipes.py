@@ -100,7 +100,7 @@ def test_add_an_object(monkeypatch, commands, capsys, tmp_path):
     (tmp_path / path.replace("NAME", name)).write_text(block(section, "xml"), encoding="utf-8")
     with (tmp_path / "assets" / "PROVENANCE.md").open("a", encoding="utf-8") as provenance:
         provenance.write(block(section, "text"))
-    tests = module_of("tests/sim/test_objects.py")
+    tests = module_of("tests/sim/belt/test_objects.py")
     for module in (tests, importlib.import_module("sim.belt.objects")):
         monkeypatch.setattr(module, "ASSETS", tmp_path / "assets")
     ran = 0

@@ -11,10 +11,10 @@ from experiments.apple.methods import METHODS
 from experiments.apple.observer import ORACLE, SEGMENTED
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import CLASSES
-from experiments.grouping import group_by
+from experiments.report.grouping import group_by
+from experiments.report.statistics import bootstrap_median, bootstrap_median_difference
+from experiments.report.table import Column, Table, TableRow, show_number, show_rate
 from experiments.seeding import Stream, generator
-from experiments.statistics import bootstrap_median, bootstrap_median_difference
-from experiments.typesetting import Column, Table, TableRow, show_number, show_rate
 
 BEST = "silhouettes"
 """The method that the other tables are about."""

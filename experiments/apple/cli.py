@@ -9,7 +9,7 @@ from typing import Annotated, TypeAlias
 from tyro.conf import Positional, arg, subcommand
 
 from experiments.apple.rendered_commands import Approach, Replay
-from experiments.arguments import seed_range
+from experiments.study.arguments import seed_range
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
@@ -35,8 +35,8 @@ class Tables:
 
         from experiments.apple.estimates import estimate_rows, write_estimates
         from experiments.apple.report import write_report
-        from experiments.results_folder import exclusive
-        from experiments.study_folder import claim
+        from experiments.study.results_folder import exclusive
+        from experiments.study.study_folder import claim
         from tracker.apple.filters import PointFilterConfig
 
         config = PointFilterConfig(

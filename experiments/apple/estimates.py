@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from experiments.apple.published import TABLES, PublishedTable, published_table
-from experiments.records import header_line, read_rows, row_line, write_whole
 from experiments.seeding import Stream, generator
+from experiments.study.records import header_line, read_rows, row_line, write_whole
 from tracker.apple.filters import PointFilterConfig, kalman_estimates, particle_estimates
 
 ESTIMATES = "estimates.csv"

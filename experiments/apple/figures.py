@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from experiments.apple.estimates import KALMAN_SIGNED, PARTICLES, Estimates
 from experiments.apple.published import TABLES, published_table
-from experiments.figure_style import PAGE_WIDTH_IN, add_legend, figure_style, write_figure
+from experiments.report.style import PAGE_WIDTH_IN, add_legend, figure_style, write_figure
 
 MEASURED, PUBLISHED, OURS, SIGNED = "#7F7F7F", "#0072B2", "#D55E00", "#009E73"
 

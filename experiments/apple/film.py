@@ -17,7 +17,7 @@ from experiments.apple.observer import SEGMENTED, sighting
 from experiments.apple.photographs import ArmPhotographer, Photograph
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import World, draw_world
-from experiments.movie import Movie, caption
+from experiments.report.movie import Movie, caption
 from sim.apple.eye_in_hand import camera_pose
 from sim.apple.world import HAND_CAMERA, STUDIO, Orchard, intrinsics
 from tracker.apple.attitude import axis_error_deg, tangent_basis

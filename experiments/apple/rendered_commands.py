@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import arg
 
-from experiments.arguments import seed_range, split_names, worker_count
-from experiments.exits import CRASH_EXIT, tell_interrupted
+from experiments.study.arguments import seed_range, split_names, worker_count
+from experiments.study.exits import CRASH_EXIT, tell_interrupted
 
 if TYPE_CHECKING:
     from experiments.apple.row_file import RowFile
@@ -131,8 +131,8 @@ def _run(
 ) -> int:
     from experiments.apple.report import write_report
     from experiments.apple.study import run_study
-    from experiments.processes import LocalWorkers
-    from experiments.rendering import gl_renderer
+    from experiments.belt.rendering import gl_renderer
+    from experiments.study.processes import LocalWorkers
 
     gl_renderer()
     folder = rows.path.parent

@@ -18,7 +18,7 @@ from experiments.apple.observer import SEGMENTED
 from experiments.apple.published import published_table
 from experiments.apple.replay import ReplayRow
 from experiments.apple.worlds import CLASSES
-from experiments.figure_style import (
+from experiments.report.style import (
     PAGE_WIDTH_IN,
     add_legend,
     figure_style,

@@ -9,10 +9,10 @@ import numpy as np
 from experiments.apple.methods import METHODS
 from experiments.apple.observer import ORACLE, SEGMENTED
 from experiments.apple.replay import ReplayRow, published_errors_deg
-from experiments.grouping import group_by
+from experiments.report.grouping import group_by
+from experiments.report.statistics import bootstrap_median
+from experiments.report.table import Column, Table, TableRow, show_number
 from experiments.seeding import Stream, generator
-from experiments.statistics import bootstrap_median
-from experiments.typesetting import Column, Table, TableRow, show_number
 
 ALL = "all"
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from experiments.apple.estimates import read_estimates
 from experiments.apple.tables import all_tables
-from experiments.report import Report
-from experiments.study_folder import study_of
-from experiments.typesetting import Table, write_tables
+from experiments.belt.report import Report
+from experiments.report.table import Table, write_tables
+from experiments.study.study_folder import study_of
 
 _SHOWN = ("agreement", "table1", "table2", "errors", "folding")
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from experiments.records import (
+from experiments.study.records import (
     append_bytes,
     cut_off,
     header_line,

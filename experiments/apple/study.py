@@ -13,10 +13,10 @@ from typing import Any, Generic, TypeVar
 from tqdm import tqdm
 
 from experiments.apple.row_file import RowFile
-from experiments.processes import Lost, Workers
-from experiments.progress import progress_bar
-from experiments.results_folder import exclusive
-from experiments.study_folder import claim
+from experiments.study.processes import Lost, Workers
+from experiments.study.progress import progress_bar
+from experiments.study.results_folder import exclusive
+from experiments.study.study_folder import claim
 
 Job = TypeVar("Job")
 Row = TypeVar("Row")

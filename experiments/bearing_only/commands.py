@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from tyro.conf import Positional, arg, subcommand
 
-from experiments.arguments import seed_range, split_names, worker_count
-from experiments.exits import CRASH_EXIT, tell_interrupted
+from experiments.study.arguments import seed_range, split_names, worker_count
+from experiments.study.exits import CRASH_EXIT, tell_interrupted
 
 if TYPE_CHECKING:
     from experiments.bearing_only.config import FlightRun
@@ -48,7 +48,7 @@ class _Study:
     def run(self) -> int:
         """Exit code 0, or 1 if a flight broke off."""
         from experiments.bearing_only.run import run_flights
-        from experiments.processes import LocalWorkers, limit_threads
+        from experiments.study.processes import LocalWorkers, limit_threads
 
         limit_threads()
         runs, workers = self._runs(), LocalWorkers(worker_count(self.workers))

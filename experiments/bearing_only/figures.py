@@ -16,7 +16,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from experiments.bearing_only.flight_figures import write_flight_figures
 from experiments.bearing_only.tables import bootstrap_mean
-from experiments.figure_style import PAGE_WIDTH_IN, add_legend, figure_style, write_figure
+from experiments.report.style import PAGE_WIDTH_IN, add_legend, figure_style, write_figure
 
 STYLES: dict[str, tuple[str, str]] = {
     "published": ("#8C6D31", "-"),

@@ -13,8 +13,8 @@ from experiments.bearing_only.flying import Instant, fly
 from experiments.bearing_only.image_film import ImageFilm
 from experiments.bearing_only.point_film import PointFilm
 from experiments.bearing_only.studies import world_of
-from experiments.figure_style import figure_style
-from experiments.movie import Movie
+from experiments.report.movie import Movie
+from experiments.report.style import figure_style
 
 
 class Film(Protocol):

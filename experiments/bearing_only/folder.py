@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from experiments import records
 from experiments.bearing_only.config import FlightResult, FlightTimings
 from experiments.bearing_only.controllers import CONTROLLERS
 from experiments.bearing_only.traces import CURVE_HEADER
-from experiments.manifest import OTHER_FOLDER
-from experiments.members import append_member, keep_members, read_members, write_members
-from experiments.study_folder import claim
+from experiments.study import records
+from experiments.study.manifest import OTHER_FOLDER
+from experiments.study.members import append_member, keep_members, read_members, write_members
+from experiments.study.study_folder import claim
 
 KIND = "bearing_only_study"
 """Entry of the manifest that names the study."""

@@ -12,7 +12,7 @@ from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.flying import Instant
 from experiments.bearing_only.image_senses import ImageSenses
 from experiments.bearing_only.top_view import Colour, TopView
-from experiments.movie import INK, caption
+from experiments.report.movie import INK, caption
 from tracker.bearing_only.camshift import SightingStatus
 from tracker.bearing_only.eye import Glimpse
 

@@ -12,9 +12,9 @@ import pandas as pd
 from experiments.bearing_only.folder import CURVES, KIND, RUNS, TIMINGS
 from experiments.bearing_only.tables import behaviour_table, cost_table, error_table, ratio_table
 from experiments.bearing_only.traces import read_curves
-from experiments.report import Report
-from experiments.study_folder import study_of
-from experiments.typesetting import write_tables
+from experiments.belt.report import Report
+from experiments.report.table import write_tables
+from experiments.study.study_folder import study_of
 
 
 def write_report(folder: Path) -> Report:

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from experiments import manifest
 from experiments.bearing_only import folder
 from experiments.bearing_only.config import FlightRun, FlightTimings
 from experiments.bearing_only.controllers import ORACLES, get_controller
@@ -21,10 +20,11 @@ from experiments.bearing_only.flying import fly
 from experiments.bearing_only.folder import Left
 from experiments.bearing_only.scores import failed_result, results_of
 from experiments.bearing_only.traces import curve_of, is_traced, map_of, trace_name, trace_of
-from experiments.processes import Lost, Workers
-from experiments.progress import progress_bar
-from experiments.records import row_line
-from experiments.results_folder import exclusive
+from experiments.study import manifest
+from experiments.study.processes import Lost, Workers
+from experiments.study.progress import progress_bar
+from experiments.study.records import row_line
+from experiments.study.results_folder import exclusive
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 
 from experiments.bearing_only.controllers import CONTROLLERS
+from experiments.report.statistics import BOOTSTRAP_SAMPLES
+from experiments.report.table import Column, Table, TableRow, show_number, show_rate
 from experiments.seeding import Stream, generator
-from experiments.statistics import BOOTSTRAP_SAMPLES
-from experiments.typesetting import Column, Table, TableRow, show_number, show_rate
 
 SETTINGS = (
     "range_prior",

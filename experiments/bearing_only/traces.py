@@ -13,7 +13,7 @@ import pandas as pd
 
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.flying import FlightLog, Flown
-from experiments.records import csv_line
+from experiments.study.records import csv_line
 from tracker.bearing_only.slam import MonocularSlam
 
 CURVE_EVERY = 10

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 import toy_sweep
 
-from experiments import catalogue, cli, presets
-from experiments.presets import Preset, expand
+from experiments import catalogue, cli
+from experiments.belt import presets
+from experiments.belt.presets import Preset, expand
 
 
 @pytest.fixture
@@ -26,17 +27,17 @@ def registries(monkeypatch):
         "presets": {"demo": "a look"},
     }
     monkeypatch.setattr(catalogue, "catalogue", lambda: names)
-    rendering = types.ModuleType("experiments.rendering")
+    rendering = types.ModuleType("experiments.belt.rendering")
     monkeypatch.setitem(rendering.__dict__, "gl_renderer", lambda: "toy")
-    monkeypatch.setitem(sys.modules, "experiments.rendering", rendering)
+    monkeypatch.setitem(sys.modules, "experiments.belt.rendering", rendering)
 
 
 @pytest.fixture
 def toy_trial(toy, registries, monkeypatch):
     """The command line on the toy trial."""
-    monkeypatch.setattr("experiments.workers.RUN_TRIAL", toy)
-    monkeypatch.setattr("experiments.workers.TrialJob.__init__.__defaults__", (toy,))
-    monkeypatch.setattr("experiments.sweep.run_sweep.__defaults__", ("none", toy))
+    monkeypatch.setattr("experiments.study.workers.RUN_TRIAL", toy)
+    monkeypatch.setattr("experiments.study.workers.TrialJob.__init__.__defaults__", (toy,))
+    monkeypatch.setattr("experiments.belt.sweep.run_sweep.__defaults__", ("none", toy))
 
 
 def complain(capsys, *arguments):
@@ -203,7 +204,7 @@ def test_ctrl_c_says_how_to_go_on(capsys, toy_trial, tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("experiments.sweep._running_counts", interrupt)
+    monkeypatch.setattr("experiments.belt.sweep._running_counts", interrupt)
     flags = ["--workers", "1", "--shard", "1/3", "--video", "all"]
     assert cli.run(["sweep", "demo", "--out", str(tmp_path / "s"), *flags]) == 130
     lines = capsys.readouterr().err.splitlines()

@@ -10,9 +10,9 @@ import sys
 import time
 from pathlib import Path
 
-from experiments.presets import Preset, expand
-from experiments.processes import LocalWorkers
-from experiments.sweep import run_sweep
+from experiments.belt.presets import Preset, expand
+from experiments.belt.sweep import run_sweep
+from experiments.study.processes import LocalWorkers
 
 CELLS = expand(tracker=["pf", "igpf"], speed_mps=[0.1, 1.2])
 PRESET = Preset("toy", "", CELLS, tuple(range(4)))
@@ -35,7 +35,7 @@ def main():
 def make_workers(name):
     if name.isdigit():
         return contextlib.nullcontext(LocalWorkers(int(name)))
-    from experiments.cluster import DaskWorkers
+    from experiments.study.cluster import DaskWorkers
 
     return DaskWorkers(name)
 

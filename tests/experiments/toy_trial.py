@@ -1,4 +1,4 @@
-"""A stand-in for `experiments.trial.run_trial` that needs no simulator.
+"""A stand-in for `experiments.belt.trial.run_trial` that needs no simulator.
 
 Its misbehaviour is steered by environment variables, which spawned workers inherit.
 """
@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.config import TrialConfig, TrialResult, TrialTimings
-from experiments.curves import ErrorCurve
+from experiments.belt.config import TrialConfig, TrialResult, TrialTimings
+from experiments.belt.curves import ErrorCurve
 
 
 def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> TrialResult:

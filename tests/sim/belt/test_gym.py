@@ -76,8 +76,8 @@ def test_example_of_the_guide_runs():
 
 def test_what_cannot_be_rendered_is_refused():
     with pytest.raises(ValueError, match="render_mode must be None or 'rgb_array', got 'human'"):
-        sim.gym.ConveyorGraspEnv(render_mode="human")
+        sim.belt.gym.ConveyorGraspEnv(render_mode="human")
     with pytest.raises(ValueError, match="render_mode must be None where has_camera is False"):
-        sim.gym.ConveyorGraspEnv(render_mode="rgb_array", has_camera=False)
+        sim.belt.gym.ConveyorGraspEnv(render_mode="rgb_array", has_camera=False)
     with pytest.raises(ValueError, match="condition must be normal"):
-        sim.gym.ConveyorGraspEnv(condition="foggy")
+        sim.belt.gym.ConveyorGraspEnv(condition="foggy")

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from driving import build, drive
 from films import BOX
-from test_perception import build, drive
 
 from tracker.base import Status
 from tracker.belt.detection import Detection

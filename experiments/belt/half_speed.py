@@ -1,0 +1,133 @@
+"""The belt speed up to which a tracker grasps half of the objects, and how sure that is.
+
+Success falls with speed, in which shape nobody knows: it may hold and then break off at the reach
+of the arm. So the rates are fitted by the nearest falling ones, not by a logistic curve, and read
+off where they pass one half, as one reads an ED50 off a dose-response experiment.
+
+Sources:
+    [Ayer1955] isotonic maximum likelihood of binomial rates (pooling of adjacent violators).
+    [Stylianou2002] the dose of a given response by linear interpolation between its values.
+    [Efron1993] percentile interval; seeds are drawn, since a seed gives all speeds its world.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import isotonic_regression
+
+from experiments.belt.config import TrialResult
+from experiments.report.grouping import cell_keys, group_by, heading, show_key
+from experiments.report.table import Column, Table, TableRow
+from experiments.seeding import Stream, generator
+
+FEWEST_SPEEDS = 3
+"""With fewer there is no curve to read from."""
+
+_RESAMPLES = 2000
+
+
+@dataclass(frozen=True)
+class HalfSpeed:
+    """A speed with its 95 % interval [m/s]; -inf below and +inf above the tested speeds."""
+
+    speed_mps: float
+    low_mps: float
+    high_mps: float
+
+
+def half_speed(results: Sequence[TrialResult], rng: np.random.Generator) -> HalfSpeed:
+    """The half-success speed of the trials of one tracker in one setting.
+
+    Args:
+        results: Trials at several speeds, each seed at most once a speed.
+        rng: Draws the seeds of the bootstrap.
+    """
+    speeds = sorted({row.speed_mps for row in results})
+    seeds = sorted({row.seed for row in results})
+    tried, succeeded = np.zeros((2, len(seeds), len(speeds)))
+    for row in results:
+        place = seeds.index(row.seed), speeds.index(row.speed_mps)
+        tried[place] += 1.0
+        succeeded[place] += row.success
+    draws = rng.multinomial(len(seeds), np.full(len(seeds), 1.0 / len(seeds)), _RESAMPLES)
+    resampled = [
+        crossing(np.array(speeds), *counts)
+        for counts in zip(draws @ succeeded, draws @ tried, strict=True)
+    ]
+    # An infinite value stands for a place beyond the tested speeds: order matters, means do not.
+    low, high = np.percentile(resampled, [2.5, 97.5], method="inverted_cdf")
+    speed = crossing(np.array(speeds), succeeded.sum(axis=0), tried.sum(axis=0))
+    return HalfSpeed(speed, float(low), float(high))
+
+
+def crossing(speeds_mps: np.ndarray, successes: np.ndarray, trials: np.ndarray) -> float:
+    """Where the nearest falling success rates pass one half.
+
+    Args:
+        speeds_mps: (n,) rising.
+        successes: (n,) counts.
+        trials: (n,) counts; speeds without trials tell nothing.
+
+    Returns:
+        The speed [m/s]; -inf where all rates are below one half, +inf where none is.
+    """
+    known = trials > 0
+    speeds, n = speeds_mps[known], trials[known]
+    rates = _fitted(successes[known] / n, n)
+    below = np.flatnonzero(rates < 0.5 - 1e-9)
+    if len(below) == 0:
+        return math.inf
+    if below[0] == 0:
+        return -math.inf
+    i, j = below[0] - 1, below[0]
+    share = (rates[i] - 0.5) / (rates[i] - rates[j])
+    return float(speeds[i] + share * (speeds[j] - speeds[i]))
+
+
+def _fitted(rates: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The nearest falling rates; SciPy comes without types."""
+    fit: Any = isotonic_regression(rates, weights=weights, increasing=False)
+    return fit.x
+
+
+def half_speed_table(results: Sequence[TrialResult]) -> Table | None:
+    """The half-success speed of each tracker in each setting; None without enough speeds."""
+    keys = [key for key in cell_keys(results) if key != "speed_mps"]
+    rows: list[TableRow] = []
+    for cell, members in group_by(results, keys).items():
+        speeds = sorted({row.speed_mps for row in members})
+        if len(speeds) < FEWEST_SPEEDS:
+            continue
+        found = half_speed(members, generator(0, Stream.BOOTSTRAP, ",".join(map(str, cell))))
+        rows.append(
+            dict(zip(keys, cell, strict=True))
+            | {"n": len(members), "seed_count": len({row.seed for row in members})}
+            | {"slowest_mps": speeds[0], "fastest_mps": speeds[-1]}
+            | {"half_speed_mps": found.speed_mps}
+            | {"half_speed_low_mps": found.low_mps, "half_speed_high_mps": found.high_mps}
+        )
+    columns = (
+        *(Column(heading(key), lambda row, key=key: show_key(row[key])) for key in keys),
+        Column("n", lambda row: str(row["n"])),
+        Column("seeds", lambda row: str(row["seed_count"])),
+        Column("50 % speed [m/s] [95 %]", _show_speed),
+    )
+    return Table(tuple(rows), columns) if rows else None
+
+
+def _show_speed(row: TableRow) -> str:
+    names = ("half_speed_mps", "half_speed_low_mps", "half_speed_high_mps")
+    speed, low, high = (_within(row[name], row) for name in names)
+    return f"{speed} [{low}, {high}]"
+
+
+def _within(speed_mps: float, row: TableRow) -> str:
+    """The speed, or on which side of the tested ones it lies."""
+    if math.isinf(speed_mps):
+        return f"> {row['fastest_mps']:.2f}" if speed_mps > 0 else f"< {row['slowest_mps']:.2f}"
+    return f"{speed_mps:.2f}"

@@ -1,0 +1,43 @@
+"""One attempt: from a configuration to a row."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from experiments.belt import metrics
+from experiments.belt.cell import make_cell
+from experiments.belt.config import TrialConfig, TrialResult, TrialTimings
+from experiments.belt.curves import ErrorCurve
+from experiments.belt.loop import Loop
+from experiments.belt.perception import CONTROL_ARMS
+from experiments.belt.recorder import VideoRecorder
+from experiments.study.manifest import provenance
+
+
+def run_trial(
+    config: TrialConfig, video_path: Path | None = None, *, preset: str = "trial"
+) -> tuple[TrialResult, TrialTimings, str]:
+    """Runs one attempt.
+
+    Args:
+        config: Everything that determines the attempt.
+        video_path: Where to write a video of it, if anywhere.
+        preset: Name of the sweep it belongs to, for the row.
+
+    Returns:
+        The row, what it cost, and the error curve as lines of CSV.
+    """
+    has_camera = video_path is not None or config.tracker not in CONTROL_ARMS
+    cell = make_cell(config, has_camera=has_camera)
+    with VideoRecorder(video_path, config) as video:
+        loop = Loop(config, cell)
+        while loop.is_running:
+            loop.step()
+            video.add(loop)
+    measured = metrics.score(config, loop.trace, loop.record, loop.entered_view_s)
+    origin = {"preset": preset, "gl_renderer": cell.task.gl_renderer} | provenance()
+    columns: dict[str, Any] = {"trial_id": config.trial_id, **asdict(config), **measured, **origin}
+    curve = ErrorCurve.of(loop.trace, loop.entered_view_s if loop.has_entered_view else None)
+    return TrialResult(**columns), loop.timings(), curve.to_csv(config.trial_id)

@@ -1,0 +1,121 @@
+"""A table as people see it: in Markdown, LaTeX and a terminal; and as programs do: in CSV."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from experiments.study.records import csv_line
+
+TableRow: TypeAlias = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table for people; the CSV holds the raw values instead."""
+
+    label: str
+    show: Callable[[TableRow], str]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Raw rows, and how people see them."""
+
+    rows: tuple[TableRow, ...]
+    columns: tuple[Column, ...]
+
+    def to_csv(self) -> str:
+        """Every raw value, one scalar a cell."""
+        return csv_line(self.rows[0]) + "".join(csv_line(row.values()) for row in self.rows)
+
+    def to_markdown(self) -> str:
+        """The shown columns as a Markdown table."""
+        labels, *body = self._shown()
+        lines = [labels, ["---"] * len(labels), *body]
+        return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+
+    def to_text(self) -> str:
+        """The shown columns aligned for a terminal: words to the left, numbers to the right."""
+        cells = self._shown()
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        is_word = _are_words(cells)
+        lines = [
+            "  ".join(
+                cell.ljust(width) if word else cell.rjust(width)
+                for cell, width, word in zip(row, widths, is_word, strict=True)
+            ).rstrip()
+            for row in cells
+        ]
+        lines.insert(1, "  ".join("-" * width for width in widths))
+        return "\n".join(lines) + "\n"
+
+    def to_latex(self) -> str:
+        """The shown columns as a `tabular` for the package booktabs."""
+        labels, *rows = self._shown()
+        columns = "".join("l" if word else "r" for word in _are_words([labels, *rows]))
+        lines = [
+            rf"\begin{{tabular}}{{{columns}}}",
+            r"\toprule",
+            _latex_line(labels),
+            r"\midrule",
+            *map(_latex_line, rows),
+            r"\bottomrule",
+            r"\end{tabular}",
+        ]
+        return "\n".join(lines) + "\n"
+
+    def write(self, folder: Path, name: str) -> list[Path]:
+        """Writes NAME.csv, NAME.md and NAME.tex."""
+        folder.mkdir(parents=True, exist_ok=True)
+        texts = {"csv": self.to_csv(), "md": self.to_markdown(), "tex": self.to_latex()}
+        for end, text in texts.items():
+            (folder / f"{name}.{end}").write_text(text, encoding="utf-8")
+        return [folder / f"{name}.{end}" for end in texts]
+
+    def _shown(self) -> list[list[str]]:
+        head = [column.label for column in self.columns]
+        return [head, *([column.show(row) for column in self.columns] for row in self.rows)]
+
+
+def write_tables(folder: Path, tables: Mapping[str, Table]) -> list[Path]:
+    """Writes every table in every format under its name; the paths."""
+    return [path for name, table in tables.items() for path in table.write(folder, name)]
+
+
+_NUMBER = re.compile(r"-|[<>]?\s*[+-]?\d.*")
+_LATEX = str.maketrans(
+    {c: rf"\{c}" for c in "&%$#_{}"}
+    | {"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
+    | {"<": "$<$", ">": "$>$", "°": r"\textdegree{}"}
+)
+
+
+def _are_words(cells: Sequence[Sequence[str]]) -> list[bool]:
+    """Which columns are set to the left: those with a cell below the head that is no number."""
+    _, *rows = cells
+    return [not all(map(_NUMBER.fullmatch, column)) for column in zip(*rows, strict=True)]
+
+
+def _latex_line(cells: Sequence[str]) -> str:
+    return " & ".join(map(_latex, cells)) + r" \\"
+
+
+def _latex(cell: str) -> str:
+    """A cell with LaTeX's own characters escaped, and a minus sign where one is meant."""
+    text = "--" if cell == "-" else cell.translate(_LATEX)
+    return re.sub(r"(?<![\w-])-(?=[\d.])", "$-$", text)
+
+
+def show_number(value: float | None, digits: int = 2) -> str:
+    """The one way in which a table shows a number; a dash where there is none."""
+    return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+
+
+def show_rate(rate: float) -> str:
+    """A rate in percent."""
+    return show_number(100.0 * rate, 1)

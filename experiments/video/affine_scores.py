@@ -1,0 +1,141 @@
+"""How far an estimated warp is from the true one: what boxes cannot tell.
+
+A run's template is the box that it was given on its first frame, which may be a later frame of the
+sequence (TRE) or a disturbed box (SRE). So its errors are those of the motion since then: the true
+one leads from the true warp of the run's first frame to that of the present frame.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from experiments.video.affine_truth import AffineTruth
+from tracker.affine import aff2
+from tracker.base import WarpEstimate
+from tracker.box_tracker import BoxEstimate
+
+
+@dataclass(frozen=True)
+class AffineRow:
+    """One line of an affine CSV: one frame of one run. None where the tracker tells no warp."""
+
+    run: str
+    frame: int
+    """Counted from 1."""
+    corner_error_px: float
+    """Mean distance of the target's four corners from where the tracker puts them."""
+    scale_error: float | None
+    """Logarithm of estimated over true scale."""
+    aspect_error: float | None
+    rotation_error_rad: float | None
+    shear_error: float | None
+    nees: float | None
+    """Squared Mahalanobis distance of the true warp; 6 on average for an honest covariance."""
+    ess: float | None
+    ancestor_count: int | None
+    """Particles that have descendants after resampling; None where nothing was resampled."""
+    resampling_distance: float | None
+    """Energy distance between the weighted particles before resampling and those after it."""
+    visible: float
+    """Share of the target that can be seen, from 0 to 1."""
+
+
+class AffineReferee:
+    """Compares the estimates of one run with the truth."""
+
+    def __init__(self, truth: AffineTruth, run: str, first: int, box: np.ndarray) -> None:
+        """`box` (4,) x, y, w, h starts the run on the frame of index `first`; x, y from 0."""
+        self._truth = truth
+        self._run = run
+        self._start = _box_warp(box, math.sqrt(box[2] * box[3]), math.sqrt(box[2] * box[3]))
+        self._start_box = box
+        self._in_template = aff2.inverse(truth.warps[first]) @ self._start
+        self._corners = np.vstack([truth.corners[first].T, np.ones(4)])
+
+    def row(self, index: int, estimate: BoxEstimate) -> AffineRow:
+        """The errors on the frame of that index."""
+        true = self._truth.warps[index] @ self._in_template
+        warp = estimate.affine
+        trace = None if warp is None else warp.resampling
+        moved = self._motion(estimate) @ self._corners
+        distances = np.linalg.norm(moved[:2].T - self._truth.corners[index], axis=1)
+        shape = None if warp is None else aff2.polar(aff2.inverse(true) @ warp.warp)[:4]
+        scale, aspect, rotation, shear = (None,) * 4 if shape is None else map(float, shape)
+        return AffineRow(
+            run=self._run,
+            frame=index + 1,
+            corner_error_px=float(distances.mean()),
+            scale_error=scale,
+            aspect_error=aspect,
+            rotation_error_rad=rotation,
+            shear_error=shear,
+            nees=None if warp is None else nees(warp, true),
+            ess=None if warp is None else warp.ess,
+            ancestor_count=None if trace is None else len(np.unique(trace.parents)),
+            resampling_distance=None if warp is None else resampling_distance(warp),
+            visible=float(self._truth.visible[index]),
+        )
+
+    def _motion(self, estimate: BoxEstimate) -> np.ndarray:
+        """(3, 3) pixels of the run's first image -> pixels of this one.
+
+        A box only shifts them and stretches them along the axes.
+        """
+        if estimate.affine is not None:
+            return estimate.affine.warp @ aff2.inverse(self._start)
+        here = _box_warp(estimate.box, *estimate.box[2:])
+        return here @ aff2.inverse(_box_warp(self._start_box, *self._start_box[2:]))
+
+
+def nees(estimate: WarpEstimate, true: np.ndarray) -> float | None:
+    """Normalised estimation error squared of a warp, 6 degrees of freedom; None if undefined."""
+    error = aff2.difference(estimate.warp, true)
+    try:
+        value = float(error @ np.linalg.solve(estimate.covariance, error))
+    except np.linalg.LinAlgError:
+        return None
+    return value if math.isfinite(value) and value >= 0.0 else None
+
+
+def _box_warp(box: np.ndarray, unit_x: float, unit_y: float) -> np.ndarray:
+    """(3, 3) unrotated warp to the centre of a box (x, y from 0), with these units [px]."""
+    x, y, w, h = box
+    return np.array([[unit_x, 0, x + (w - 1) / 2], [0, unit_y, y + (h - 1) / 2], [0, 0, 1.0]])
+
+
+def resampling_distance(estimate: WarpEstimate) -> float | None:
+    """How much resampling changed the distribution; None where nothing was resampled.
+
+    Root of the energy distance [Szekely2013] between the weighted particles before and the equally
+    weighted ones after, each tangent direction in deviations of those before.
+    """
+    trace = estimate.resampling
+    if trace is None:
+        return None
+    before = aff2.difference(estimate.warp, trace.warps)
+    after = aff2.difference(estimate.warp, estimate.particles)
+    is_known = np.isfinite(before).all(axis=1)
+    weights = np.where(is_known, trace.weights, 0.0)
+    before, after = np.nan_to_num(before), after[np.isfinite(after).all(axis=1)]
+    if not (weights.sum() > 0 and len(after)):
+        return None
+    weights = weights / weights.sum()
+    deviation = np.sqrt(weights @ (before - weights @ before) ** 2)
+    scale = np.where(deviation > 0, deviation, 1.0)
+    before, after = before / scale, after / scale
+    even = np.full(len(after), 1.0 / len(after))
+    squared = (
+        2.0 * weights @ _distances(before, after) @ even
+        - weights @ _distances(before, before) @ weights
+        - even @ _distances(after, after) @ even
+    )
+    return math.sqrt(max(squared, 0.0))
+
+
+def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(n, m) Euclidean distances between rows of a (n, d) and b (m, d)."""
+    squared = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * a @ b.T
+    return np.sqrt(np.maximum(squared, 0.0))

@@ -1,0 +1,197 @@
+"""Tables of OTB results: means by protocol, by challenge and by sequence, and affine errors."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from experiments.report.statistics import bootstrap_gain
+from experiments.report.table import Column, Table, TableRow, show_number
+from experiments.seeding import Stream, generator
+from experiments.video.calibration import calibrated
+from experiments.video.results import OtbResults
+from experiments.video.scores import Curves, mean_curves
+from experiments.video.tb50 import ATTRIBUTES
+
+REFERENCE_TRACKER = "gpf"
+"""The tracker over which [IGPF2021] tells its improvement."""
+
+VISIBLE_SHARE = 0.5
+"""A frame counts in the affine table if so much of the target can be seen."""
+
+_SCORES: dict[str, Callable[[Curves], float]] = {
+    "dp": lambda curves: curves.distance_precision,
+    "os": lambda curves: curves.overlap_score,
+}
+
+
+def score_table(results: OtbResults, score: str) -> Table:
+    """Means of DP or OS over the sequences, and the gain over GPF, by tracker and protocol.
+
+    Tables 1 and 2 of [IGPF2021]; intervals are 95 %, by bootstrap over the sequences.
+    """
+    protocols = results.protocols
+    trackers = dict.fromkeys(t for protocol in protocols for t in results.trackers(protocol))
+    rows: list[TableRow] = []
+    for tracker in trackers:
+        row: TableRow = {"tracker": tracker}
+        for protocol in protocols:
+            row |= _mean_and_gain(results, protocol, tracker, _SCORES[score])
+        rows.append(row)
+    columns = [Column("tracker", lambda row: row["tracker"])]
+    for protocol in protocols:
+        title = f"{score.upper()} {protocol.upper()}, n = {len(results.sequences(protocol))}"
+        columns += [
+            Column(title, lambda row, key=protocol: show_number(row[key], 3)),
+            Column(
+                f"over {REFERENCE_TRACKER} % [95 %]",
+                lambda row, key=protocol: _show_gain(row, key),
+            ),
+        ]
+    return Table(tuple(rows), tuple(columns))
+
+
+def _mean_and_gain(
+    results: OtbResults, protocol: str, tracker: str, score: Callable[[Curves], float]
+) -> TableRow:
+    sequences, trackers = results.sequences(protocol), results.trackers(protocol)
+    keys = [protocol, *(f"{protocol}_{name}" for name in ("gain", "gain_low", "gain_high"))]
+    row: TableRow = dict.fromkeys(keys)
+    if tracker not in trackers or not sequences:
+        return row
+    scores = [score(curves) for curves in results.of(protocol, tracker, sequences)]
+    row[protocol] = float(np.mean(scores))
+    if REFERENCE_TRACKER in trackers and tracker != REFERENCE_TRACKER:
+        of_reference = results.of(protocol, REFERENCE_TRACKER, sequences)
+        rng = generator(0, Stream.BOOTSTRAP)
+        gain = bootstrap_gain(scores, [score(curves) for curves in of_reference], rng)
+        row |= dict(zip(keys[1:], gain, strict=True))
+    return row
+
+
+def _show_gain(row: TableRow, protocol: str) -> str:
+    gain, low, high = (row[f"{protocol}_{name}"] for name in ("gain", "gain_low", "gain_high"))
+    return "-" if gain is None else f"{100 * gain:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]"
+
+
+def sequence_table(results: OtbResults) -> Table:
+    """DP and OS of every tracker on every sequence that it has finished."""
+    rows = [
+        {
+            "protocol": protocol,
+            "sequence": name,
+            "tracker": tracker,
+            "seeds": len(results.seeds[protocol, tracker, name]),
+            **_scores_of(results.curves[protocol, tracker, name]),
+        }
+        for protocol in results.protocols
+        for name in results.truths
+        for tracker in results.trackers(protocol)
+        if (protocol, tracker, name) in results.curves
+    ]
+    return Table(tuple(rows), _columns("protocol", "sequence", "tracker", "seeds"))
+
+
+def attribute_table(results: OtbResults, protocol: str) -> Table | None:
+    """Mean DP and OS over the sequences of each challenge; None if no sequence names one."""
+    rows = [
+        {
+            "attribute": attribute,
+            "n": len(sequences),
+            "tracker": tracker,
+            **_scores_of(mean_curves(results.of(protocol, tracker, sequences))),
+        }
+        for attribute in ATTRIBUTES
+        if (sequences := results.sequences(protocol, attribute))
+        for tracker in results.trackers(protocol)
+    ]
+    return Table(tuple(rows), _columns("attribute", "n", "tracker")) if rows else None
+
+
+def _scores_of(curves: Curves) -> TableRow:
+    return {name: score(curves) for name, score in _SCORES.items()}
+
+
+def _columns(*names: str) -> tuple[Column, ...]:
+    words = [Column(name, lambda row, name=name: str(row[name])) for name in names]
+    numbers = [
+        Column(name.upper(), lambda row, name=name: show_number(row[name], 3)) for name in _SCORES
+    ]
+    return (*words, *numbers)
+
+
+_AFFINE_COLUMNS = (
+    ("corner_error_px", "corner [px]", 1.0, 2),
+    ("rotation_error_rad", "rotation [deg]", math.degrees(1.0), 2),
+    ("scale_error", "scale [%]", 100.0, 1),
+    ("aspect_error", "aspect [%]", 100.0, 1),
+    ("shear_error", "shear [%]", 100.0, 1),
+    ("nees", "NEES (6)", 1.0, 1),
+    ("calibrated_nees", "calibrated NEES", 1.0, 1),
+    ("ess", "ESS", 1.0, 1),
+    ("ancestor_count", "ancestors", 1.0, 1),
+    ("resampling_distance", "resampling", 1.0, 3),
+)
+"""Column of the CSV (one is derived), label, factor and digits for people."""
+
+_HEAVY_TAILED = ("nees", "calibrated_nees", "resampling_distance")
+"""A few frames of a lost target rule the mean of these; people see the median, the CSV has both."""
+
+
+def affine_table(results: OtbResults) -> Table | None:
+    """Median and mean of the sizes of the affine errors over all visible frames; None if none."""
+    rows: list[TableRow] = []
+    for protocol in results.protocols:
+        for tracker in results.trackers(protocol):
+            files = sorted((results.path / "affine" / protocol / tracker).glob("*/*.csv"))
+            if files:
+                rows.append({"protocol": protocol, "tracker": tracker} | _affine_measures(files))
+    columns = [
+        Column(name, lambda row, name=name: str(row[name]))
+        for name in ("protocol", "tracker", "frames")
+    ]
+    columns += [
+        Column(
+            f"{label} median" + ", mean" * (key not in _HEAVY_TAILED),
+            partial(_show_both, key=key, factor=factor, digits=digits),
+        )
+        for key, label, factor, digits in _AFFINE_COLUMNS
+    ]
+    return Table(tuple(rows), tuple(columns)) if rows else None
+
+
+def _affine_measures(files: Sequence[Path]) -> TableRow:
+    values: dict[str, list[float]] = {key: [] for key, *_ in _AFFINE_COLUMNS}
+    # One without values keeps its place, so that all trackers have the same halves.
+    nees_of_sequence: dict[str, list[float]] = {path.stem: [] for path in files}
+    count = 0
+    for path in files:
+        with path.open(encoding="utf-8", newline="") as file:
+            for row in csv.DictReader(file):
+                if float(row["visible"]) < VISIBLE_SHARE:
+                    continue
+                count += 1
+                for key, known in values.items():
+                    if row.get(key):
+                        known.append(abs(float(row[key])))
+                if row["nees"]:
+                    nees_of_sequence[path.stem].append(float(row["nees"]))
+    values["calibrated_nees"] = calibrated(nees_of_sequence).tolist()
+    measures: TableRow = {"frames": count}
+    for key, known in values.items():
+        measures[f"median_{key}"] = float(np.median(known)) if known else None
+        measures[f"mean_{key}"] = float(np.mean(known)) if known else None
+    return measures
+
+
+def _show_both(row: TableRow, key: str, factor: float, digits: int) -> str:
+    names = ("median",) if key in _HEAVY_TAILED else ("median", "mean")
+    values = [row[f"{name}_{key}"] for name in names]
+    if values[0] is None:
+        return "-"
+    return ", ".join(show_number(factor * value, digits) for value in values)
