@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from experiments.video.contestants import CONTESTANTS
+from experiments.video.trackers import VIDEO_TRACKERS
 from tracker.affine import filter as particle_filter
 from tracker.affine.filter import ParticleFilter
 from tracker.affine.likelihood import TemplateObservation
@@ -63,7 +63,7 @@ def test_update(benchmark, video, name):
 def test_update_of_a_peer(benchmark, video, name):
     """The same images; `make peers` installs what is skipped."""
     try:
-        tracker = CONTESTANTS[name].make(np.random.default_rng(0))
+        tracker = VIDEO_TRACKERS[name].make(np.random.default_rng(0))
     except ValueError as error:
         pytest.skip(str(error))
     tracker.start(video[0][0], video[1])

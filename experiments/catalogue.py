@@ -16,8 +16,8 @@ def catalogue() -> dict[str, dict[str, str]]:
     """Kind -> name -> description; imports the simulation, so it takes a second."""
     from experiments.bearing_only.controllers import CONTROLLERS
     from experiments.belt.perception import CONTROL_ARMS
-    from experiments.video.contestants import CONTESTANTS
     from experiments.video.protocols import PROTOCOLS
+    from experiments.video.trackers import VIDEO_TRACKERS
     from sim.arm.embodiments import EMBODIMENTS
     from sim.belt.motions import MOTIONS
     from sim.belt.objects import OBJECTS
@@ -27,7 +27,7 @@ def catalogue() -> dict[str, dict[str, str]]:
     from tracker.belt.registry import TRACKERS
     from tracker.video.readings import READINGS
 
-    videos = {name: entry for name, entry in CONTESTANTS.items() if name not in READINGS}
+    videos = {name: entry for name, entry in VIDEO_TRACKERS.items() if name not in READINGS}
     return {
         "trackers": _descriptions(TRACKERS),
         "control arms": _descriptions(CONTROL_ARMS),
@@ -83,7 +83,7 @@ def check_names(config: TrialConfig) -> None:
 
 def check_worlds(configs: Iterable[TrialConfig]) -> None:
     """Raises before any trial starts if a name is unknown or this machine cannot render."""
-    from experiments.belt.rendering import gl_renderer
+    from experiments.study.rendering import gl_renderer
 
     for config in configs:
         check_names(config)

@@ -1,10 +1,9 @@
-"""The command `beltgrasp`: one attempt, a sweep of many, tables and figures, OTB, apples."""
+"""The command `beltgrasp`: studies of four subjects, and what all results folders have."""
 
 from __future__ import annotations
 
 import contextlib
 import io
-import json
 import os
 import re
 import sys
@@ -16,81 +15,75 @@ from typing import Annotated, TypeAlias
 import tyro
 from tyro.conf import Positional, arg, subcommand
 
-from experiments.apple.cli import Apple
+from experiments.apple.commands import Apple
 from experiments.bearing_only.commands import BearingOnly
-from experiments.belt.commands import Merge, Sweep
-from experiments.belt.config import TrialConfig
-from experiments.study.exits import CRASH_EXIT, INTERRUPT_EXIT, USAGE_EXIT
+from experiments.belt.commands import Sweep, Trial, View
+from experiments.study.command import INTERRUPT_EXIT, USAGE_EXIT
 from experiments.video.commands import Otb
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
 
 
 @dataclass(frozen=True)
-class Trial:
-    """Runs one attempt and prints its row: `beltgrasp trial --tracker igpf --speed-mps 0.25`."""
-
-    config: Annotated[TrialConfig, arg(name="")]
-    video: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Writes an MP4: the camera's view with warp, particles and phase, beside the cell."""
-    json: bool = False
-    """Prints the row as one JSON object instead of a summary."""
-
-    def run(self) -> int:
-        """Exit code 0, or 1 for an attempt that crashed; a failed grasp is no crash."""
-        from experiments.belt.summary import summary_lines
-        from experiments.catalogue import check_worlds
-        from experiments.study import manifest, processes, workers
-
-        processes.limit_threads()
-        check_worlds([self.config])
-        if self.video is not None:
-            self.video.parent.mkdir(parents=True, exist_ok=True)
-        job = workers.TrialJob("trial", manifest.provenance())
-        attempt = workers.attempt(job, 0, self.config, self.video)
-        if attempt.crash is not None:
-            print(attempt.crash.rstrip(), file=sys.stderr)
-        if self.json:
-            from experiments.study.records import to_json
-
-            print(json.dumps(to_json(attempt.result)))
-        else:
-            print("\n".join(summary_lines(self.config, attempt.result, attempt.timings)))
-            if self.video is not None and attempt.crash is None:
-                print(f"video: {self.video}")
-        return 0 if attempt.crash is None else CRASH_EXIT
-
-
-@dataclass(frozen=True)
 class Report:
-    """Rebuilds tables and figures from a folder's trials.csv: `beltgrasp report out/demo`."""
+    """Rebuilds the tables and figures of a results folder: `beltgrasp report out/demo`."""
 
     folder: Annotated[Positional[Path], arg(metavar="DIR")]
-    """Results folder of a sweep, finished or not."""
+    """Results folder of any study, finished or not."""
 
     def run(self) -> int:
         """Exit code 0."""
-        from experiments.belt.report import write_report
+        from experiments.studies import rebuild_report
 
-        write_report(self.folder).show()
+        rebuild_report(self.folder).show()
+        return 0
+
+
+@dataclass(frozen=True)
+class Merge:
+    """Puts shards of a study together: `beltgrasp merge out/loop-shard-* --out out/loop`."""
+
+    folders: Annotated[Positional[tuple[Path, ...]], arg(metavar="DIR")]
+    """Results folders that were written with --shard, finished or not."""
+    out: Annotated[Path, arg(metavar="DIR")]
+    """Folder of the whole study; one that an earlier merge left gets what is new."""
+
+    def run(self) -> int:
+        """Exit code 0, also where jobs are missing: they are named, and can be run."""
+        from experiments.studies import study_of
+        from experiments.study.merge import merge
+
+        if not self.folders:
+            raise ValueError("merge needs the folder of one shard at least")
+        merged = merge(study_of(self.folders[0]), self.folders, self.out)
+        print(f"{merged.job_count} jobs: {merged.rows_path}")
+        for line in merged.missing:
+            print(f"beltgrasp: warning: {line}", file=sys.stderr)
+        if merged.missing:
+            print(
+                "beltgrasp: warning: merge again when they are there, or run them in the merged "
+                f"folder: the command of a shard, without --shard and with --out {self.out}",
+                file=sys.stderr,
+            )
+        else:
+            print(f"tables and figures: beltgrasp report {self.out}")
         return 0
 
 
 @dataclass(frozen=True)
 class Compare:
-    """Says which of two trackers is better: `beltgrasp compare out/filters:igpf out/mine`."""
+    """Says which of two methods is better: `beltgrasp compare out/filters:igpf out/mine`."""
 
-    first: Annotated[Positional[str], arg(metavar="DIR[:TRACKER]")]
-    """Results folder of a sweep, and the tracker where it holds several."""
-    second: Annotated[Positional[str], arg(metavar="DIR[:TRACKER]")]
-    """The one to compare with; worlds are paired by setting and seed."""
+    first: Annotated[Positional[str], arg(metavar="DIR[:METHOD]")]
+    """Results folder of any study, and the tracker, method or controller where it holds several."""
+    second: Annotated[Positional[str], arg(metavar="DIR[:METHOD]")]
+    """The one to compare with; what both have met is paired."""
 
     def run(self) -> int:
         """Exit code 0, whoever is better."""
-        from experiments.belt.comparison import Contestant, verdict_lines
+        from experiments.studies import compare
 
-        lines = verdict_lines(Contestant.parse(self.first), Contestant.parse(self.second))
-        print("\n".join(lines))
+        print("\n".join(compare(self.first, self.second)))
         return 0
 
 
@@ -108,26 +101,6 @@ class List:
             print(f"{kind}:")
             for name, description in names.items():
                 print(f"  {name:<{width}}  {description}")
-        return 0
-
-
-@dataclass(frozen=True)
-class View:
-    """Opens MuJoCo's interactive viewer on the scene of a trial; needs a display."""
-
-    config: Annotated[TrialConfig, arg(name="")]
-
-    def run(self) -> int:
-        """Exit code 0 when the window is closed."""
-        if sys.platform.startswith("linux") and not (
-            os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-        ):
-            raise OSError("view needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set")
-        from experiments.belt.viewer import show
-        from experiments.catalogue import check_worlds
-
-        check_worlds([self.config])
-        show(self.config)
         return 0
 
 

@@ -6,18 +6,19 @@ Errors are between axes, without regard to their sign, which a column of its own
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from experiments.apple.methods import METHODS, Estimate
 from experiments.apple.observer import MASKS, sighting, visible_share
 from experiments.apple.photographs import ArmPhotographer, Photograph
-from experiments.apple.row_file import RowFile
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import CLASSES, World, WorldId, draw_world
 from experiments.catalogue import require_known
+from experiments.study.rows import JobOutcome
+from experiments.study.study import Result
 from sim.apple.world import intrinsics
 from tracker.apple.attitude import axis_error_deg
 from tracker.apple.view import Sighting
@@ -36,10 +37,19 @@ class ApproachJob:
     def __post_init__(self) -> None:
         require_known("views", self.views, VIEWS)
 
+    def __str__(self) -> str:
+        w = self.world
+        return f"{w.fruit_class}, aspect {w.aspect:g}, {self.views}, seed {w.seed}"
+
+    def columns(self) -> dict[str, Any]:
+        """The columns that name its rows."""
+        return {**asdict(self.world), "views": self.views}
+
     @property
-    def key(self) -> tuple[object, ...]:
-        """What names its rows in the file."""
-        return self.world.fruit_class, self.world.aspect, self.world.seed, self.views
+    def place(self) -> tuple[Any, ...]:
+        """Classes in their usual order, then aspects, seeds and ways to look."""
+        w = self.world
+        return list(CLASSES).index(w.fruit_class), w.aspect, w.seed, list(VIEWS).index(self.views)
 
 
 @dataclass(frozen=True)
@@ -77,23 +87,17 @@ class ApproachRow:
     error_6_deg: float
     error_7_deg: float
     error_8_deg: float
+    outcome: JobOutcome = "done"
+    detail: str = ""
 
 
 ERROR_FIELDS = tuple(f.name for f in fields(ApproachRow) if f.name.startswith("error_"))[1:]
 """Errors after each image; where the arm could not go on, the last one stands."""
 
 
-def approach_file(folder: Path) -> RowFile[ApproachRow]:
-    """The rows of a folder."""
-    size = len(MASKS) * len(METHODS)
-    key = ("fruit_class", "aspect", "seed", "views")
-    return RowFile(folder / "approach.csv", ApproachRow, key, lambda row: size)
-
-
-def approach_order(key: tuple[object, ...]) -> tuple[object, ...]:
-    """Classes in their usual order, then aspects, seeds and ways to look."""
-    fruit_class, aspect, seed, views = key
-    return list(CLASSES).index(str(fruit_class)), aspect, seed, list(VIEWS).index(str(views))
+def run_approaches(jobs: Sequence[ApproachJob]) -> list[Result[ApproachRow]]:
+    """Approaches fruits, one after the other."""
+    return [Result(tuple(approach_rows(job))) for job in jobs]
 
 
 def approach_rows(job: ApproachJob) -> list[ApproachRow]:
@@ -147,8 +151,13 @@ def _row(
         error_deg=errors[-1] if method.is_fused else float(np.mean(errors)),
         sigma_deg=None if last is None else last.sigma_deg,
         is_sign_right=last is not None and bool(last.axis @ axis > 0.0),
-        **dict(zip(ERROR_FIELDS, by_image, strict=True)),
+        **_by_image(by_image),
     )
+
+
+def _by_image(errors_deg: Sequence[float]) -> dict[str, Any]:
+    """The columns of the errors after each image."""
+    return dict(zip(ERROR_FIELDS, errors_deg, strict=True))
 
 
 def _visible(world: World, photograph: Photograph) -> float:

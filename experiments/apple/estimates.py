@@ -2,22 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from experiments.apple.published import TABLES, PublishedTable, published_table
+from experiments.apple.published import TABLES, published_table
 from experiments.seeding import Stream, generator
-from experiments.study.records import header_line, read_rows, row_line, write_whole
+from experiments.study.rows import JobOutcome
 from tracker.apple.filters import PointFilterConfig, kalman_estimates, particle_estimates
 
-ESTIMATES = "estimates.csv"
 PARTICLES, KALMAN, KALMAN_SIGNED = "particles", "kalman", "kalman-signed"
 FILTERS = (PARTICLES, KALMAN, KALMAN_SIGNED)
 """The filter of [Zhou2011]; its exact form; and that on the camera column brought to the robot's
 frame with the signs that Table 1 folds away."""
+
+
+@dataclass(frozen=True)
+class EstimateJob:
+    """One filter at one seed on the measurements of one table."""
+
+    table: int
+    filter: str
+    seed: int
+    config: PointFilterConfig
+
+    def __str__(self) -> str:
+        return f"Table {self.table}, {self.filter}, seed {self.seed}"
+
+    @property
+    def place(self) -> tuple[Any, ...]:
+        """By table, filter and seed."""
+        return self.table, FILTERS.index(self.filter), self.seed
 
 
 @dataclass(frozen=True)
@@ -35,35 +52,24 @@ class EstimateRow:
     z_deg: float
     length: float
     """Of the estimated vector relative to that of the state: no filter keeps it at 1."""
+    outcome: JobOutcome = "done"
+    detail: str = ""
 
 
-def estimate_rows(config: PointFilterConfig, seed_count: int) -> Iterator[EstimateRow]:
-    """All rows, in the order of the file."""
-    for number in TABLES:
-        table = published_table(number)
-        measured = np.cos(np.radians(table.robot_deg))
-        for seed in range(seed_count):
-            rng = generator(seed, Stream.TRACKER, f"apple table {number}")
-            yield from _rows(table, PARTICLES, seed, particle_estimates(measured, config, rng))
-        yield from _rows(table, KALMAN, 0, kalman_estimates(measured, config))
-        yield from _rows(table, KALMAN_SIGNED, 0, kalman_estimates(table.converted, config))
-
-
-def _rows(
-    table: PublishedTable, name: str, seed: int, estimates: np.ndarray
-) -> Iterator[EstimateRow]:
+def estimate_rows(job: EstimateJob) -> Iterator[EstimateRow]:
+    """A row for each image of the table."""
+    table = published_table(job.table)
+    measured = table.converted if job.filter == KALMAN_SIGNED else table.robot_axes
+    if job.filter == PARTICLES:
+        rng = generator(job.seed, Stream.TRACKER, f"apple table {job.table}")
+        estimates = particle_estimates(measured, job.config, rng)
+    else:
+        estimates = kalman_estimates(measured, job.config)
     angles = np.degrees(np.arccos(np.clip(estimates, -1.0, 1.0)))
     lengths = np.linalg.norm(estimates, axis=1)
     for image, (angle, length) in enumerate(zip(angles, lengths, strict=True), start=1):
         x, y, z = map(float, angle)
-        yield EstimateRow(table.number, name, seed, image, x, y, z, float(length))
-
-
-def write_estimates(folder: Path, rows: Iterator[EstimateRow]) -> Path:
-    """Writes all rows in one step."""
-    path = folder / ESTIMATES
-    write_whole(path, header_line(EstimateRow) + "".join(map(row_line, rows)))
-    return path
+        yield EstimateRow(job.table, job.filter, job.seed, image, x, y, z, float(length))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +86,8 @@ class Estimates:
         return self.angles_deg[table, name].mean(axis=0)
 
 
-def read_estimates(folder: Path) -> Estimates:
-    """The rows in `folder`; ValueError where they are missing or of other columns."""
-    path = folder / ESTIMATES
-    rows = read_rows(path, EstimateRow, "apple tables")
+def collect_estimates(rows: Sequence[EstimateRow]) -> Estimates:
+    """The rows as arrays; ValueError where a filter has not seen every image."""
     angles: dict[tuple[int, str], np.ndarray] = {}
     lengths: dict[tuple[int, str], np.ndarray] = {}
     for number in TABLES:
@@ -92,7 +96,7 @@ def read_estimates(folder: Path) -> Estimates:
             chosen = [r for r in rows if (r.table, r.filter) == (number, name)]
             shape = (len(chosen) // image_count, image_count)
             if not chosen or shape[0] * image_count != len(chosen):
-                raise ValueError(f"{path} does not hold every image of {name}, table {number}")
+                raise ValueError(f"the rows do not hold every image of {name}, table {number}")
             cells = np.array([[r.x_deg, r.y_deg, r.z_deg] for r in chosen])
             angles[number, name] = cells.reshape(*shape, 3)
             lengths[number, name] = np.array([r.length for r in chosen]).reshape(shape)

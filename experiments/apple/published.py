@@ -48,6 +48,11 @@ class PublishedTable:
         return rotation_of_fixed_angles(self.fixed_angles_deg)
 
     @property
+    def robot_axes(self) -> np.ndarray:
+        """(n, 3) the robot column as vectors."""
+        return np.cos(np.radians(self.robot_deg))
+
+    @property
     def converted(self) -> np.ndarray:
         """(n, 3) the camera column as vectors in the robot's frame, signs kept."""
         cosines = np.cos(np.radians(self.camera_deg))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +18,10 @@ from experiments.apple.methods import METHODS
 from experiments.apple.observer import MASKS, sighting
 from experiments.apple.photographs import ArmPhotographer, Photograph
 from experiments.apple.published import TABLES, published_table
-from experiments.apple.row_file import RowFile
 from experiments.apple.worlds import draw_light
 from experiments.seeding import Stream, generator
+from experiments.study.rows import JobOutcome
+from experiments.study.study import Result
 from sim.apple.fruit import Fruit, PlacedFruit
 from sim.apple.leaves import leaves_behind
 from sim.apple.world import Orchard, OrchardConfig, look_at
@@ -41,9 +42,12 @@ class ReplayJob:
         if self.table not in TABLES:
             raise ValueError(f"table must be one of {TABLES}, got {self.table!r}")
 
+    def __str__(self) -> str:
+        return f"Table {self.table}, aspect {self.aspect:g}, seed {self.seed}"
+
     @property
-    def key(self) -> tuple[object, ...]:
-        """What names its rows in the file."""
+    def place(self) -> tuple[Any, ...]:
+        """By table, aspect and seed."""
         return self.table, self.aspect, self.seed
 
 
@@ -71,20 +75,13 @@ class ReplayRow:
     z_deg: float | None
     error_deg: float
     """Axis error, sign-blind; 90 without an estimate."""
+    outcome: JobOutcome = "done"
+    detail: str = ""
 
 
-def replay_file(folder: Path) -> RowFile[ReplayRow]:
-    """The rows of a folder."""
-
-    def size(row: ReplayRow) -> int:
-        return len(MASKS) * len(METHODS) * len(published_table(row.table).position_m)
-
-    return RowFile(folder / "replay.csv", ReplayRow, ("table", "aspect", "seed"), size)
-
-
-def replay_order(key: tuple[object, ...]) -> tuple[object, ...]:
-    """By table, aspect and seed."""
-    return key
+def run_replays(jobs: Sequence[ReplayJob]) -> list[Result[ReplayRow]]:
+    """Takes the images of tables again, one after the other."""
+    return [Result(tuple(replay_rows(job))) for job in jobs]
 
 
 def replay_rows(job: ReplayJob) -> list[ReplayRow]:

@@ -1,64 +1,39 @@
-"""Rebuilds tables and figures of a folder of `beltgrasp apple` from its rows."""
+"""Rebuilds tables and figures of the studies of apples from their rows."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
-from experiments.apple.estimates import read_estimates
+from experiments.apple.approach import ApproachRow
+from experiments.apple.approach_tables import approach_tables
+from experiments.apple.estimates import EstimateRow, collect_estimates
+from experiments.apple.replay import ReplayRow
+from experiments.apple.replay_tables import replay_tables
 from experiments.apple.tables import all_tables
-from experiments.belt.report import Report
-from experiments.report.table import Table, write_tables
-from experiments.study.study_folder import study_of
+from experiments.report.report import Report, write_report
+from experiments.study.study import Results
 
 _SHOWN = ("agreement", "table1", "table2", "errors", "folding")
 
 
-def write_report(folder: Path) -> Report:
-    """Writes `tables/` and `figures/` into the results folder of a command of `beltgrasp apple`."""
-    study = study_of(folder, "apple", "apple")
-    if study not in _REPORTS:
-        raise ValueError(f"{folder} holds results of {study!r}, none of {', '.join(_REPORTS)}")
-    return _REPORTS[study](folder)
-
-
-def _tables_report(folder: Path) -> Report:
+def tables_report(results: Results[EstimateRow]) -> Report:
+    """Writes what came out of the published measurements."""
     from experiments.apple.figures import write_figures
 
-    estimates = read_estimates(folder)
-    tables = all_tables(estimates)
-    paths = write_tables(folder / "tables", tables)
-    paths += write_figures(folder / "figures", estimates)
-    return Report("\n".join(tables[name].to_text() for name in _SHOWN), tuple(paths))
+    estimates = collect_estimates(results.good)
+    figures = write_figures(results.path / "figures", estimates)
+    return write_report(results.path, all_tables(estimates), figures, _SHOWN, results.notes)
 
 
-def _replay_report(folder: Path) -> Report:
+def replay_report(results: Results[ReplayRow]) -> Report:
+    """Writes what came out of the published poses, taken again."""
     from experiments.apple.rendered_figures import write_replay_figures
-    from experiments.apple.replay import replay_file
-    from experiments.apple.replay_tables import replay_tables
 
-    rows = replay_file(folder).read()
-    return _written(folder, replay_tables(rows), write_replay_figures(folder / "figures", rows))
+    figures = write_replay_figures(results.path / "figures", results.good)
+    return write_report(results.path, replay_tables(results.good), figures, (), results.notes)
 
 
-def _approach_report(folder: Path) -> Report:
-    from experiments.apple.approach import approach_file
-    from experiments.apple.approach_tables import approach_tables
+def approach_report(results: Results[ApproachRow]) -> Report:
+    """Writes what came out of the approaches."""
     from experiments.apple.rendered_figures import write_approach_figures
 
-    rows = approach_file(folder).read()
-    figures = write_approach_figures(folder / "figures", rows)
-    return _written(folder, approach_tables(rows), figures)
-
-
-def _written(folder: Path, tables: dict[str, Table], figures: list[Path]) -> Report:
-    paths = write_tables(folder / "tables", tables)
-    return Report("\n".join(table.to_text() for table in tables.values()), (*paths, *figures))
-
-
-_REPORTS: dict[str, Callable[[Path], Report]] = {
-    "tables": _tables_report,
-    "replay": _replay_report,
-    "approach": _approach_report,
-}
-"""Command of `beltgrasp apple` -> what makes its report."""
+    figures = write_approach_figures(results.path / "figures", results.good)
+    return write_report(results.path, approach_tables(results.good), figures, (), results.notes)

@@ -1,113 +1,171 @@
-"""Runs the worlds of a rendered experiment in worker processes, and keeps their rows."""
+"""The three studies of apples: the published tables, their poses again, and approaches."""
 
 from __future__ import annotations
 
-import contextlib
-import sys
-import traceback
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Generic, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from tqdm import tqdm
+import numpy as np
 
-from experiments.apple.row_file import RowFile
-from experiments.study.processes import Lost, Workers
-from experiments.study.progress import progress_bar
-from experiments.study.results_folder import exclusive
-from experiments.study.study_folder import claim
+from experiments.apple.approach import ApproachJob, ApproachRow
+from experiments.apple.estimates import FILTERS, EstimateJob, EstimateRow, estimate_rows
+from experiments.apple.published import TABLES, published_table
+from experiments.apple.replay import ReplayJob, ReplayRow
+from experiments.apple.worlds import WorldId
+from experiments.catalogue import require_known
+from experiments.study.study import Result, Score, Selection, Study
+from tracker.apple.attitude import axis_error_deg, unit
+from tracker.apple.filters import PointFilterConfig
 
-Job = TypeVar("Job")
-Row = TypeVar("Row")
-
-
-@dataclass(frozen=True)
-class Outcome(Generic[Job, Row]):
-    """What became of one world."""
-
-    job: Job
-    rows: tuple[Row, ...]
-    crash: str | None = None
-    """Traceback of a world that failed."""
+FAR_OFF_DEG = 10.0
+"""An approach that ends with a larger error of its best method is a failure."""
 
 
-@dataclass(frozen=True)
-class Attempt(Generic[Job, Row]):
-    """Works on a world in a worker; an exception becomes an outcome without rows."""
-
-    work: Callable[[Job], list[Row]]
-
-    def __call__(self, job: Job) -> Outcome[Job, Row]:
-        """The outcome of one world."""
-        try:
-            return Outcome(job, tuple(self.work(job)))
-        except Exception:
-            return Outcome(job, (), traceback.format_exc())
+def get_study(name: str) -> Study[Any, Any]:
+    """The study of that name; ValueError that lists the known ones for another."""
+    require_known("study", name, STUDIES)
+    return STUDIES[name]
 
 
-@dataclass(frozen=True)
-class Study(Generic[Job, Row]):
-    """A rendered experiment."""
-
-    name: str
-    settings: dict[str, Any]
-    """What else determines the rows, as JSON holds it."""
-    work: Callable[[Job], list[Row]]
-    """The rows of one world; picklable."""
-    key: Callable[[Job], tuple[object, ...]]
-    """The key of a world's rows in the file."""
+def estimate_jobs(selection: Selection) -> list[EstimateJob]:
+    """Both tables through the particle filter at every seed, and through the exact filters."""
+    config = PointFilterConfig(**selection["filter"])
+    return [
+        EstimateJob(table, name, seed, config)
+        for table in TABLES
+        for name in FILTERS
+        for seed in (selection["seeds"] if name == FILTERS[0] else [0])
+    ]
 
 
-def run_study(
-    study: Study[Job, Row],
-    jobs: Sequence[Job],
-    rows: RowFile[Row],
-    order: Callable[[tuple[object, ...]], Any],
-    workers: Workers,
-) -> int:
-    """Runs the worlds that the file lacks; returns how many failed.
-
-    Args:
-        study: The experiment.
-        jobs: Its worlds; those of earlier calls with other worlds stay in the file.
-        rows: Where the rows go.
-        order: Sorts the keys of all worlds in the file.
-        workers: Who works on them; the file does not depend on it.
-    """
-    folder: Path = rows.path.parent
-    with exclusive(folder):
-        claim(folder, "apple", study.name, workers.count, study.settings)
-        done = rows.resume()
-        missing = [job for job in jobs if study.key(job) not in done]
-        failures = _run(study, missing, rows, workers, len(jobs))
-        if rows.path.exists():
-            rows.sort(order)
-    return failures
+def replay_jobs(selection: Selection) -> list[ReplayJob]:
+    """Every table with every fruit."""
+    return [
+        ReplayJob(table, aspect, seed)
+        for table in selection["tables"]
+        for aspect in selection["aspects"]
+        for seed in selection["seeds"]
+    ]
 
 
-def _run(
-    study: Study[Job, Row], missing: Sequence[Job], rows: RowFile[Row], workers: Workers, total: int
-) -> int:
-    failures = 0
-    answers = workers.run_all(Attempt(study.work), missing)
-    with (
-        contextlib.closing(answers),
-        progress_bar(study.name, "world", total, total - len(missing)) as bar,
-    ):
-        for answer in _outcomes(answers):
-            if answer.crash is None:
-                rows.append(answer.rows)
-            else:
-                failures += 1
-                reason = answer.crash.rstrip().splitlines()[-1]
-                tqdm.write(f"beltgrasp: error: {answer.job}: {reason}", file=sys.stderr)
-            bar.update()
-    return failures
+def approach_jobs(selection: Selection) -> list[ApproachJob]:
+    """Every way to look at every world."""
+    return [
+        ApproachJob(WorldId(fruit_class, aspect, seed), views)
+        for fruit_class in selection["classes"]
+        for aspect in selection["aspects"]
+        for views in selection["views"]
+        for seed in selection["seeds"]
+    ]
 
 
-def _outcomes(
-    answers: Iterable[Outcome[Job, Row] | Lost[Job]],
-) -> Iterable[Outcome[Job, Row]]:
-    for answer in answers:
-        yield Outcome(answer.task, (), answer.remark) if isinstance(answer, Lost) else answer
+def run_estimates(jobs: Sequence[EstimateJob]) -> list[Result[EstimateRow]]:
+    """Runs filters over the published measurements."""
+    return [Result(tuple(estimate_rows(job))) for job in jobs]
+
+
+def rendered_settings(job: Any) -> Mapping[str, object]:
+    """The methods and masks that are tried, and the noise of the arm's pose."""
+    from experiments.apple.methods import METHODS
+    from experiments.apple.observer import MASKS
+    from sim.apple.eye_in_hand import PoseNoise
+
+    del job
+    return {"methods": list(METHODS), "masks": list(MASKS), "pose noise": PoseNoise()}
+
+
+def filter_settings(job: EstimateJob) -> Mapping[str, object]:
+    """The settings of the point filters."""
+    return {"filter": job.config}
+
+
+def order_of(job: Any) -> Any:
+    """The place of a job's rows: by class or table, aspect and seed."""
+    return job.place
+
+
+def is_far_off(rows: Sequence[ApproachRow]) -> bool:
+    """Whether the best method, on segmented images, ends far from the axis."""
+    return any(
+        row.error_deg > FAR_OFF_DEG
+        for row in rows
+        if (row.mask, row.method) == ("segmented", "silhouettes")
+    )
+
+
+def estimate_error(row: EstimateRow) -> tuple[Any, float] | None:
+    """The axis error after the last image of a table."""
+    table = published_table(row.table)
+    if row.image != len(table.robot_deg):
+        return None
+    axis = unit(np.cos(np.radians([row.x_deg, row.y_deg, row.z_deg])))
+    return (row.table, row.seed), float(axis_error_deg(axis, table.true_axis))
+
+
+def replay_error(row: ReplayRow) -> tuple[Any, float] | None:
+    """The axis error after the last image of a table, on segmented images."""
+    is_last = row.image == len(published_table(row.table).robot_deg)
+    if row.mask != "segmented" or not is_last:
+        return None
+    return (row.table, row.aspect, row.seed), row.error_deg
+
+
+def approach_error(row: ApproachRow) -> tuple[Any, float] | None:
+    """The axis error at the end of an approach, on segmented images."""
+    if row.mask != "segmented":
+        return None
+    return (row.fruit_class, row.aspect, row.seed, row.views), row.error_deg
+
+
+_ERROR = "axis error [deg]"
+
+STUDIES: dict[str, Study[Any, Any]] = {
+    "apple/tables": Study(
+        name="apple/tables",
+        unit="filter run",
+        row=EstimateRow,
+        key=("table", "filter", "seed"),
+        jobs=estimate_jobs,
+        work="experiments.apple.study:run_estimates",
+        settings=filter_settings,
+        report="experiments.apple.report:tables_report",
+        title=str,
+        method="filter",
+        score=Score(estimate_error, _ERROR, higher_is_better=False),
+        order=order_of,
+    ),
+    "apple/replay": Study(
+        name="apple/replay",
+        unit="world",
+        row=ReplayRow,
+        key=("table", "aspect", "seed"),
+        jobs=replay_jobs,
+        work="experiments.apple.replay:run_replays",
+        settings=rendered_settings,
+        report="experiments.apple.report:replay_report",
+        title=str,
+        method="method",
+        score=Score(replay_error, _ERROR, higher_is_better=False),
+        order=order_of,
+        needs_rendering=True,
+    ),
+    "apple/approach": Study(
+        name="apple/approach",
+        unit="world",
+        row=ApproachRow,
+        key=("fruit_class", "aspect", "seed", "views"),
+        jobs=approach_jobs,
+        work="experiments.apple.approach:run_approaches",
+        settings=rendered_settings,
+        report="experiments.apple.report:approach_report",
+        title=str,
+        method="method",
+        score=Score(approach_error, _ERROR, higher_is_better=False),
+        order=order_of,
+        identity=ApproachJob.columns,
+        needs_rendering=True,
+        is_failure=is_far_off,
+        film="experiments.apple.film:film_approach",
+    ),
+}
+"""Every study of apples by name."""

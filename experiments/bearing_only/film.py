@@ -30,12 +30,10 @@ def film_of(run: FlightRun) -> Film:
     return ImageFilm(run) if run.is_rendered else PointFilm(run)
 
 
-def film(run: FlightRun, folder: Path) -> Path:
-    """Flies the run once more and writes its film, an MP4; returns the path."""
-    path = folder / f"{run.study}_{run.controller}_seed{run.seed}.mp4"
+def film(run: FlightRun, path: Path) -> None:
+    """Flies the run once more and writes its film, an MP4."""
     with figure_style(), Movie(path, round(1.0 / world_of(run).dt_s)) as movie:
         making = film_of(run)
         flown = fly([run], lambda instant: movie.add(making.picture(instant)))
     if movie.is_empty:
         raise ValueError(f"there is nothing to film: {flown.error}")
-    return path

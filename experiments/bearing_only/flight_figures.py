@@ -20,8 +20,7 @@ from matplotlib.patches import Ellipse
 from matplotlib.ticker import MaxNLocator
 
 from experiments.bearing_only.config import FlightRun
-from experiments.bearing_only.folder import TRACES
-from experiments.bearing_only.traces import TRACED, TRACED_SEED, trace_name
+from experiments.bearing_only.traces import TRACED, TRACED_SEED, TRACES, trace_name
 from experiments.report.style import PAGE_WIDTH_IN, add_legend, write_figure
 
 ROBOT, TARGET, LANDMARK = "#0072B2", "#D55E00", "#7F7F7F"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,8 +16,8 @@ POSE_ERRORS_M = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 
 
 @dataclass(frozen=True)
-class Study:
-    """One study: what it asks and who takes part."""
+class FlightStudy:
+    """What a study of flights asks, and which controllers take part."""
 
     description: str
     base: FlightRun
@@ -25,18 +25,24 @@ class Study:
     variations: tuple[dict[str, Any], ...] = ({},)
     equilibrium_m: float = 10.0
 
-    def runs(self, seeds: Sequence[int], controllers: Sequence[str] = ()) -> list[FlightRun]:
-        """All runs: by variation, controller and seed."""
-        return [
-            replace(self.base, **variation, controller=controller, seed=seed)
+    def runs(
+        self,
+        seeds: Sequence[int],
+        controllers: Sequence[str] = (),
+        changes: Mapping[str, Any] | None = None,
+    ) -> list[FlightRun]:
+        """All runs by variation, controller and seed, with other values of some fields."""
+        runs = [
+            replace(self.base, **variation | dict(changes or {}), controller=controller, seed=seed)
             for variation in self.variations
             for controller in (controllers or self.controllers)
             for seed in seeds
         ]
+        return list(dict.fromkeys(runs))
 
 
-STUDIES: dict[str, Study] = {
-    "line": Study(
+STUDIES: dict[str, FlightStudy] = {
+    "line": FlightStudy(
         "[Wu2022] section 6.2.1: a target comes head-on, with a good and with a rough range prior",
         FlightRun("line", "gradient", iteration_count=300),
         ("published", "gradient", "gradient-floor", "log-det", "turn", "follow", "random",
@@ -44,20 +50,20 @@ STUDIES: dict[str, Study] = {
          "known-pose-turn"),
         ({"range_prior": 0.03}, {"range_prior": 0.2}),
     ),
-    "circle": Study(
+    "circle": FlightStudy(
         "[Wu2022] section 6.2.2: a target flies a circle",
         FlightRun("circle", "gradient"),
         ("published", "gradient", "log-det", "mixture", "turn", "follow", "random",
          "dead-reckoning", "known-pose-published", "known-pose", "known-pose-log-det",
          "known-pose-cubature", "known-pose-mixture", "known-pose-turn"),
     ),
-    "speed": Study(
+    "speed": FlightStudy(
         "[Wu2022] Fig. 19: the circle at several speeds of the vehicle",
         FlightRun("speed", "gradient"),
         ("gradient", "known-pose", "known-pose-turn"),
         tuple({"v_max_mps": speed} for speed in SPEEDS_MPS),
     ),
-    "localisation": Study(
+    "localisation": FlightStudy(
         "[Wu2022] Fig. 18: the circle with noise on the known position",
         FlightRun("localisation", "known-pose", v_max_mps=3.5, landmark_count=0),
         ("known-pose-published", "known-pose", "known-pose-turn", "fused-pose"),
@@ -67,17 +73,17 @@ STUDIES: dict[str, Study] = {
             for std in POSE_ERRORS_M
         ),
     ),
-    "line-pixels": Study(
+    "line-pixels": FlightStudy(
         "the line from rendered images",
         FlightRun("line-pixels", "gradient", iteration_count=300, landmark_count=0),
         ("gradient", "log-det", "turn", "follow"),
     ),
-    "circle-pixels": Study(
+    "circle-pixels": FlightStudy(
         "the circle from rendered images",
         FlightRun("circle-pixels", "gradient", landmark_count=0),
         ("gradient", "log-det", "turn", "follow"),
     ),
-    "robot": Study(
+    "robot": FlightStudy(
         "[Wu2022] section 6.2.4: the indoor robot on two wheels",
         FlightRun(
             "robot", "gradient", v_max_mps=0.2, target_speed_mps=0.07, iteration_count=600

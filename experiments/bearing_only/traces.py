@@ -13,9 +13,13 @@ import pandas as pd
 
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.flying import FlightLog, Flown
-from experiments.study.records import csv_line
+from experiments.study.rows import csv_line
 from tracker.bearing_only.slam import MonocularSlam
 
+TRACES = "traces"
+"""Folder of the flights that are kept whole."""
+CURVES = "curves"
+"""Name of the file of error curves."""
 CURVE_EVERY = 10
 """Iterations between two samples of a curve."""
 CURVE_HEADER = (

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from experiments.belt.config import TrialResult
@@ -15,55 +14,27 @@ from experiments.report.statistics import (
     newcombe_paired_difference,
     paired_sample_size,
 )
-from experiments.study import records
+from experiments.study.compare import Side
 
 SIGNIFICANCE = 0.05
 
 
-@dataclass(frozen=True)
-class Contestant:
-    """A tracker in a results folder."""
+def particle_counts(side: Side[TrialResult]) -> set[int]:
+    """Particle counts that a tracker was tried with."""
+    return {row.particle_count for row in side.rows}
 
-    folder: Path
-    tracker: str
-    results: tuple[TrialResult, ...]
 
-    @classmethod
-    def parse(cls, text: str) -> Contestant:
-        """The contestant of `DIR:TRACKER`, or of `DIR` where that holds one tracker only."""
-        folder, colon, tracker = text.rpartition(":")
-        if not colon or Path(text).is_dir():
-            folder, tracker = text, ""
-        results = records.read_rows(Path(folder) / "trials.csv", TrialResult)
-        present = list(dict.fromkeys(row.tracker for row in results))
-        if not tracker and len(present) == 1:
-            tracker = present[0]
-        if tracker not in present:
-            wanted = f"got {tracker!r}" if tracker else "say which: DIR:TRACKER"
-            raise ValueError(f"tracker of {folder} must be one of {', '.join(present)}; {wanted}")
-        return cls(Path(folder), tracker, tuple(r for r in results if r.tracker == tracker))
-
-    @property
-    def label(self) -> str:
-        """Name for people."""
-        return f"{self.tracker} ({self.folder})"
-
-    @property
-    def particle_counts(self) -> set[int]:
-        """Particle counts that it was tried with."""
-        return {row.particle_count for row in self.results}
-
-    def success_of_world(self, *, by_particles: bool) -> dict[World, bool]:
-        """How each world ended; with `by_particles` each count of particles for itself."""
-        return {
-            (row.particle_count if by_particles else None, *world_of(row)): row.success
-            for row in self.results
-        }
+def success_of_world(side: Side[TrialResult], *, by_particles: bool) -> dict[World, bool]:
+    """How each world ended; with `by_particles` each count of particles for itself."""
+    return {
+        (row.particle_count if by_particles else None, *world_of(row)): row.success
+        for row in side.rows
+    }
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The successes of two contestants on the same n worlds."""
+    """The successes of two trackers on the same n worlds."""
 
     both: int
     first_only: int
@@ -106,15 +77,17 @@ class Comparison:
         return paired_sample_size(self.first_only, self.second_only, self.n)
 
 
-def compare(first: Contestant, second: Contestant) -> dict[tuple[Any, ...], Comparison]:
+def compare(
+    first: Side[TrialResult], second: Side[TrialResult]
+) -> dict[tuple[Any, ...], Comparison]:
     """A comparison for each setting that both have met, in the order of the first.
 
     A setting is the particle count and the values of `SETTING`. The count is the tracker's own, so
-    150 particles of one may meet 300 of the other, and it is None; where one contestant has been
+    150 particles of one may meet 300 of the other, and it is None; where one tracker has been
     tried with several, like is compared with like.
     """
-    by_particles = any(len(one.particle_counts) > 1 for one in (first, second))
-    mine, theirs = (one.success_of_world(by_particles=by_particles) for one in (first, second))
+    by_particles = any(len(particle_counts(one)) > 1 for one in (first, second))
+    mine, theirs = (success_of_world(one, by_particles=by_particles) for one in (first, second))
     shared = [world for world in mine if world in theirs]
     if not shared:
         raise ValueError(
@@ -135,7 +108,7 @@ def pooled(comparisons: Sequence[Comparison]) -> Comparison:
     return Comparison(*(sum(getattr(c, name) for c in comparisons) for name in names))
 
 
-def verdict_lines(first: Contestant, second: Contestant) -> list[str]:
+def verdict_lines(first: Side[TrialResult], second: Side[TrialResult]) -> list[str]:
     """What people want to know: each setting in a line, and all together."""
     settings = compare(first, second)
     keys = ("particle_count", *SETTING)
@@ -148,13 +121,13 @@ def verdict_lines(first: Contestant, second: Contestant) -> list[str]:
     return [*lines, f"all together: {_sentence(pooled(list(settings.values())))}"]
 
 
-def _apart(first: Contestant, second: Contestant) -> str:
+def _apart(first: Side[TrialResult], second: Side[TrialResult]) -> str:
     """The columns in which no value of one is a value of the other, in words."""
     names = [
         name
         for name in (*SETTING, "seed", "particle_count")
-        if {getattr(row, name) for row in first.results}.isdisjoint(
-            getattr(row, name) for row in second.results
+        if {getattr(row, name) for row in first.rows}.isdisjoint(
+            getattr(row, name) for row in second.rows
         )
     ]
     return f"; no value is shared of {', '.join(names)}" if names else ""

@@ -8,21 +8,21 @@ between the true hand and the true object; where the two part, the tracker was w
 
 from __future__ import annotations
 
-import csv
-import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from experiments.belt.trace import TrialTrace
-from experiments.study.members import read_members
+from experiments.study.study import Key
 from sim.arm.grasp import Phase
 
 CURVE_HZ = 30
 """Samples per second of simulated time."""
 
+CURVES = "curves"
+"""Name of the file of error curves."""
 CURVE_HEADER = "trial_id,time_s,servo_error_m,true_error_m\n"
 
 
@@ -71,14 +71,11 @@ class ErrorCurve:
         )
 
 
-def read_curves(path: Path) -> dict[str, ErrorCurve]:
-    """Curves by trial id; those of a sweep that still runs, too."""
-    members = [member.text for member in read_members(path)]
-    if members[:1] != [CURVE_HEADER]:
-        raise ValueError(f"{path} is not a file of error curves of this version of beltgrasp")
+def read_curves(lines: Mapping[Key, str]) -> dict[str, ErrorCurve]:
+    """Curves by trial id, of the lines that a results folder keeps of each trial."""
     curves: dict[str, ErrorCurve] = {}
-    rows = csv.reader(itertools.chain.from_iterable(m.splitlines() for m in members[1:]))
-    for trial_id, samples in itertools.groupby(rows, key=lambda row: row[0]):
-        cells = np.array([[float(cell or "nan") for cell in row[2:]] for row in samples])
-        curves[trial_id] = ErrorCurve(cells[:, 0], cells[:, 1])
+    for (trial_id,), text in lines.items():
+        cells = [line.split(",")[2:] for line in text.splitlines()]
+        values = np.array([[float(cell or "nan") for cell in row] for row in cells])
+        curves[trial_id] = ErrorCurve(values[:, 0], values[:, 1])
     return curves

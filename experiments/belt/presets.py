@@ -5,11 +5,9 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 from experiments.belt.config import TrialConfig
-from experiments.study.shards import Shard
 
 
 @dataclass(frozen=True)
@@ -21,38 +19,18 @@ class Preset:
     cells: tuple[TrialConfig, ...]
     """One configuration for each cell of the table; their seeds are replaced."""
     seeds: tuple[int, ...]
-    shard: Shard | None = None
-    """The part of the sweep that this is, if not the whole."""
 
     def __post_init__(self) -> None:
         if not (self.cells and self.seeds):
             raise ValueError(f"preset {self.name}: cells and seeds must not be empty")
-        if len(set(self.all_trials)) != len(self.all_trials):
+        cells = {replace(cell, seed=0) for cell in self.cells}
+        if len(cells) != len(self.cells) or len(set(self.seeds)) != len(self.seeds):
             raise ValueError(f"preset {self.name}: cells and seeds must not repeat")
-        if not self.trials:
-            raise ValueError(
-                f"shard {self.shard} of preset {self.name} is empty: there are only "
-                f"{len(self.all_trials)} trials"
-            )
 
-    @cached_property
-    def all_trials(self) -> tuple[TrialConfig, ...]:
-        """Every trial in the order of its row: all cells at one seed, then the next seed.
-
-        Stopped early, such a sweep leaves the same worlds in every cell.
-        """
-        return tuple(replace(cell, seed=seed) for seed in self.seeds for cell in self.cells)
-
-    @cached_property
-    def trials(self) -> tuple[TrialConfig, ...]:
-        """The trials to run, in the same order: all of them, or those of the shard."""
-        if self.shard is None:
-            return self.all_trials
-        places = self.shard.places(len(self.cells), len(self.seeds))
-        return tuple(self.all_trials[place] for place in places)
-
-    def restricted(self, trackers: Sequence[str] = (), seed_count: int | None = None) -> Preset:
-        """The same preset with these trackers and the first seeds only.
+    def restricted(
+        self, trackers: Sequence[str] = (), seeds: Sequence[int] | None = None
+    ) -> Preset:
+        """The same preset with these trackers and seeds, where any are given.
 
         A tracker that the preset does not have takes the cells of its first tracker.
         """
@@ -63,8 +41,11 @@ class Preset:
             for cell in self.cells
             if cell.tracker == (tracker if self._has(tracker) else first)
         ]
-        seeds = self.seeds if seed_count is None else self.seeds[:seed_count]
-        return replace(self, cells=tuple(cells) if trackers else self.cells, seeds=seeds)
+        return replace(
+            self,
+            cells=tuple(cells) if trackers else self.cells,
+            seeds=self.seeds if seeds is None else tuple(seeds),
+        )
 
     def _has(self, tracker: str) -> bool:
         return any(cell.tracker == tracker for cell in self.cells)

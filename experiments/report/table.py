@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from experiments.study.records import csv_line
+from experiments.study.rows import csv_line
 
 TableRow: TypeAlias = dict[str, Any]
 

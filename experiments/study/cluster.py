@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from experiments.study import manifest
+from experiments.study import provenance as origin
 from experiments.study.processes import Lost, limit_threads
 
 try:
@@ -64,7 +64,7 @@ class DaskWorkers:
 
         Raises OSError when the scheduler is lost, ValueError when a worker is not fit for it.
         """
-        remote, tasks = _Remote(work, manifest.provenance()), list(tasks)
+        remote, tasks = _Remote(work, origin.provenance()), list(tasks)
         futures = self._client.map(remote, tasks, pure=False)
         turns = {future.key: (future, task, 1) for future, task in zip(futures, tasks, strict=True)}
         completed: Any = distributed.as_completed(futures)
@@ -100,12 +100,12 @@ class _Remote(Generic[Task, Answer]):
         worker = distributed.get_worker()
         if worker.state.nthreads != 1:
             raise ValueError(
-                f"Dask worker {worker.address} has {worker.state.nthreads} threads, and a trial "
+                f"Dask worker {worker.address} has {worker.state.nthreads} threads, and a job "
                 "needs a process of its own; start workers with --nthreads 1"
             )
-        if manifest.provenance() != self.provenance:
+        if origin.provenance() != self.provenance:
             raise ValueError(
-                f"Dask worker {worker.address} runs {manifest.provenance()}, "
-                f"this sweep is of {self.provenance}"
+                f"Dask worker {worker.address} runs {origin.provenance()}, "
+                f"this study is of {self.provenance}"
             )
         return self.work(task)

@@ -1,233 +1,202 @@
-"""Where results come from: commit, versions, machine and command; `manifest.json` beside them."""
+"""`manifest.json`: which study a results folder holds, with which settings, and what ran where."""
 
 from __future__ import annotations
 
-import dataclasses
-import hashlib
-import importlib.metadata
 import json
-import os
-import platform
-import subprocess
 import sys
-import time
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Generic, cast
 
-from experiments.belt.config import TrialConfig
-from experiments.belt.presets import Preset
-from experiments.study import records
-from experiments.study.shards import Shard
+from experiments.study import settings as setting
+from experiments.study.files import write_whole
+from experiments.study.provenance import code_version, session, utc_now
+from experiments.study.settings import Settings
+from experiments.study.shard import Shard
+from experiments.study.study import Job, Row, Selection, Study
 
-ROOT = Path(__file__).resolve().parents[2]
-_CODE = ("sim", "tracker", "experiments", "assets", "pyproject.toml", "uv.lock")
-_PACKAGES = ("mujoco", "dm-control", "mink", "numpy", "opencv-python-headless")
+FILE = "manifest.json"
+FORMAT = 1
+"""Raised when folders that were written before can no longer be read."""
+OTHER_FOLDER = "choose another folder"
+
+
+@dataclass
+class Manifest:
+    """What a results folder says of itself."""
+
+    study: str
+    selections: list[Selection] = field(default_factory=list[Selection])
+    """What was asked for, the last first; together these are all jobs of the folder."""
+    settings: Settings = field(default_factory=dict[str, Any])
+    sessions: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
+    shard: Shard | None = None
+    """The part of the study that the folder holds, if not the whole."""
+
+    @classmethod
+    def read(cls, folder: Path) -> Manifest | None:
+        """The manifest of a folder, None where there is none; ValueError for another format."""
+        path = folder / FILE
+        if not path.exists():
+            return None
+        try:
+            content: Any = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise ValueError(f"{path} is not valid JSON: {error}") from error
+        if not isinstance(content, dict) or "study" not in content or "format" not in content:
+            raise ValueError(
+                f"{folder} holds results of an earlier version of beltgrasp, whose format this one "
+                f"does not read; {OTHER_FOLDER}"
+            )
+        known = cast(dict[str, Any], content)
+        if known.pop("format") != FORMAT:
+            raise ValueError(
+                f"{folder} holds results of a later version of beltgrasp; {OTHER_FOLDER}"
+            )
+        shard = known.pop("shard", None)
+        try:
+            return cls(**known, shard=None if shard is None else Shard.parse(shard))
+        except TypeError as error:
+            raise ValueError(f"{path} is not the manifest of a study: {error}") from error
+
+    def write(self, folder: Path) -> None:
+        """Replaces the manifest of a folder in one step."""
+        content: dict[str, Any] = {"study": self.study, "format": FORMAT}
+        if self.shard is not None:
+            content["shard"] = str(self.shard)
+        content |= {"selections": self.selections, "settings": self.settings}
+        content |= {"sessions": self.sessions}
+        write_whole(folder / FILE, _compact_json(content))
+
+    def end_session(self, folder: Path) -> None:
+        """Notes when the present run ended."""
+        self.sessions[-1]["ended_utc"] = utc_now()
+        self.write(folder)
+
+    def jobs(self, study: Study[Job, Row]) -> list[Job]:
+        """All jobs of the folder in the order of their rows."""
+        return jobs_of(study, self.selections, self.shard)
+
+    def add_selection(self, study: Study[Job, Row], selection: Selection) -> None:
+        """Adds what a command asks for; one that asks for nothing new changes nothing."""
+        present = {study.key_of(job) for job in self.jobs(study)}
+        wanted = {study.key_of(job) for job in jobs_of(study, [selection], self.shard)}
+        if not wanted <= present:
+            others = [s for s in self.selections if not _covers(study, wanted, s, self.shard)]
+            self.selections = [selection, *others]
+
+    def add_settings(self, wanted: Mapping[str, object], folder: Path) -> None:
+        """Adds settings by name; ValueError where the folder holds rows of other ones."""
+        try:
+            self.settings = setting.merge(self.settings, wanted)
+        except ValueError as error:
+            raise ValueError(f"{folder} holds results with {error}; {OTHER_FOLDER}") from None
 
 
 @dataclass(frozen=True)
-class CodeVersion:
-    """The code that ran."""
+class Request(Generic[Job]):
+    """The jobs that are asked for, and all that determines their rows."""
 
-    commit: str
-    """Abbreviated git commit, or the package version where there is no repository."""
-    is_dirty: bool
-    """Whether code or assets differ from that commit."""
+    selection: Selection
+    shard: Shard | None
+    jobs: list[Job]
+    settings: Mapping[str, object]
 
-    def __str__(self) -> str:
-        return self.commit + ("-dirty" if self.is_dirty else "")
-
-
-@cache
-def code_version() -> CodeVersion:
-    """Commit and dirty flag of this checkout, read once per process."""
-    if _git("rev-parse", "--show-toplevel") != str(ROOT):
-        return CodeVersion(f"v{package_version('beltgrasp')}", is_dirty=False)
-    commit = _git("rev-parse", "--short=12", "HEAD") or "uncommitted"
-    return CodeVersion(commit, is_dirty=bool(_git("status", "--porcelain", "--", *_CODE)))
-
-
-def provenance() -> dict[str, str]:
-    """The columns of a row that name the code: `commit` and `mujoco_version`."""
-    return {"commit": str(code_version()), "mujoco_version": package_version("mujoco")}
+    @classmethod
+    def of(cls, study: Study[Job, Any], selection: Selection, shard: Shard | None) -> Request[Job]:
+        """The request for a selection; ValueError for what there is not, and for no job at all."""
+        jobs = jobs_of(study, [selection], shard)
+        if not jobs:
+            part = "the selection" if shard is None else f"shard {shard}"
+            raise ValueError(f"{study.name}: {part} has no {study.unit}")
+        settings: dict[str, object] = {}
+        for job in jobs:
+            settings |= study.settings(job)
+        return cls(selection, shard, jobs, settings)
 
 
-def _git(*arguments: str) -> str:
-    """Output of a git command in the project's root; empty where git or a repository is missing."""
-    command = ["git", "--no-optional-locks", "-C", str(ROOT), *arguments]
-    try:
-        run = subprocess.run(command, capture_output=True, text=True, timeout=20.0, check=False)
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
-    return run.stdout.strip() if run.returncode == 0 else ""
+def jobs_of(
+    study: Study[Job, Row], selections: Sequence[Selection], shard: Shard | None
+) -> list[Job]:
+    """The jobs of all selections, or the shard's part of each, in the order of their rows."""
+    jobs: dict[Any, Job] = {}
+    for selection in selections:
+        all_jobs = list(study.jobs(selection))
+        for job in all_jobs if shard is None else shard.of(all_jobs):
+            jobs.setdefault(study.key_of(job), job)
+    return sorted(jobs.values(), key=study.order)
 
 
-def package_version(name: str) -> str:
-    """Installed version of a distribution, or `none`."""
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return "none"
+def claim(
+    folder: Path, study: Study[Job, Row], request: Request[Job], worker_count: int
+) -> Manifest:
+    """Claims a new results folder for a study, or notes that the study goes on there.
 
-
-def _from_here(word: str) -> str:
-    """A path below the working folder, told from there: no home folder goes into the results."""
-    here = f"{Path.cwd()}{os.sep}"
-    return word.removeprefix(here)
-
-
-def config_hash(preset: Preset) -> str:
-    """Hash of the preset's name and of every field of every trial, in order, of all shards."""
-    ids = [trial.trial_id for trial in preset.all_trials]
-    return hashlib.sha256(json.dumps([preset.name, ids]).encode()).hexdigest()[:16]
-
-
-def open_manifest(folder: Path, preset: Preset, worker_count: int) -> None:
-    """Claims a new results folder for the preset, or notes that its sweep goes on.
-
-    Raises ValueError where the folder belongs to another preset or holds foreign results.
+    Raises ValueError, and changes nothing, where the folder holds results of another study, of
+    another part of it, or of other settings.
     """
-    manifest, own = read_manifest(folder), identity(preset)
-    sessions: list[Any] = [] if manifest is None else manifest.get("sessions", [])
+    manifest = Manifest.read(folder)
     if manifest is None:
-        if (folder / "trials.csv").exists():
-            raise ValueError(
-                f"{folder} holds a trials.csv without its manifest.json; {OTHER_FOLDER}"
-            )
-        manifest = own
-    elif manifest.get("preset") != preset.name:
+        if any(folder.glob("*.csv")):
+            raise ValueError(f"{folder} holds results without their {FILE}; {OTHER_FOLDER}")
+        manifest = Manifest(study.name, shard=request.shard)
+    require_study(manifest, study.name, folder)
+    if manifest.shard != request.shard:
         raise ValueError(
-            f"{folder} holds results of preset {manifest.get('preset')!r}, "
-            f"not of {preset.name!r}; {OTHER_FOLDER}"
+            f"{folder} holds {_part(manifest.shard)} of {study.name}, not {_part(request.shard)}; "
+            f"{OTHER_FOLDER}"
         )
-    elif manifest.get("config_hash") != own["config_hash"]:
+    manifest.add_settings(request.settings, folder)
+    manifest.add_selection(study, request.selection)
+    manifest.sessions = [*manifest.sessions, session(worker_count)]
+    manifest.write(folder)
+    warn_of_mixed_code(manifest, folder)
+    return manifest
+
+
+def require_study(manifest: Manifest, name: str, folder: Path) -> None:
+    """Raises ValueError where a folder holds results of another study."""
+    if manifest.study != name:
         raise ValueError(
-            f"{folder} holds results of another version of preset {preset.name!r}: "
-            f"its cells or seeds have changed; {OTHER_FOLDER}"
+            f"{folder} holds results of {manifest.study}, not of {name}; {OTHER_FOLDER}"
         )
-    elif manifest.get("shard") != own.get("shard"):
-        raise ValueError(
-            f"{folder} holds {_part(manifest.get('shard'))} of preset {preset.name!r}, "
-            f"not {_part(own.get('shard'))}; {OTHER_FOLDER}"
-        )
-    write_manifest(folder, manifest | {"sessions": [*sessions, session(worker_count)]})
 
 
-OTHER_FOLDER = "choose another folder or remove this one"
-
-
-def close_manifest(folder: Path, gl_renderers: Sequence[str]) -> None:
-    """Notes that the sweep is complete, and what rendered its images."""
-    manifest = read_manifest(folder) or {}
-    manifest |= {"gl_renderers": sorted(set(gl_renderers)), "finished_utc": _utc_now()}
-    write_manifest(folder, manifest)
-
-
-def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """The manifest of a results folder; None where there is none."""
-    path = folder / "manifest.json"
-    if not path.exists():
-        return None
-    try:
-        manifest: Any = json.loads(path.read_text())
-    except ValueError as error:
-        raise ValueError(f"{path} is not valid JSON: {error}") from error
-    if not isinstance(manifest, dict):
-        raise ValueError(f"{path} must hold a JSON object")
-    return cast(dict[str, Any], manifest)
-
-
-def warn_of_mixed_code(folder: Path) -> None:
-    """Says so where rows of a resumed folder come from other code than this."""
-    sessions = (read_manifest(folder) or {}).get("sessions", [])
+def warn_of_mixed_code(manifest: Manifest, folder: Path) -> None:
+    """Says so where rows of a folder come from other code than this."""
     now = str(code_version())
-    others = {f"{s['commit']}{'-dirty' if s['is_dirty'] else ''}" for s in sessions} - {now}
-    if others:
+    commits = {f"{s['commit']}{'-dirty' if s['is_dirty'] else ''}" for s in manifest.sessions}
+    if others := commits - {now}:
         found = ", ".join(sorted(others))
         print(f"note: earlier rows in {folder} are of code {found}, not {now}", file=sys.stderr)
 
 
-def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
-    """Replaces the manifest of a results folder in one step."""
-    records.write_whole(folder / "manifest.json", json.dumps(manifest, indent=2) + "\n")
+def _covers(
+    study: Study[Job, Row], wanted: set[Any], selection: Selection, shard: Shard | None
+) -> bool:
+    """Whether all jobs of a selection are among the wanted ones."""
+    return {study.key_of(job) for job in jobs_of(study, [selection], shard)} <= wanted
 
 
-def identity(preset: Preset) -> dict[str, Any]:
-    """What says to which sweep a folder belongs; `read_preset` makes the preset of it again."""
-    content: dict[str, Any] = {
-        "preset": preset.name,
-        "config_hash": config_hash(preset),
-        "cell_count": len(preset.cells),
-        "trial_count": len(preset.trials),
-        "seeds": list(preset.seeds),
-        "cells": [_settings(cell) for cell in preset.cells],
-    }
-    return content if preset.shard is None else content | {"shard": str(preset.shard)}
-
-
-def read_preset(folder: Path) -> Preset:
-    """The sweep, or the shard of one, that a folder holds; ValueError where it tells none."""
-    manifest = read_manifest(folder) or {}
-    if "cells" not in manifest:
-        raise ValueError(f"{folder} has no manifest.json of a sweep that tells its cells")
-    try:
-        shard = manifest.get("shard")
-        preset = Preset(
-            name=manifest["preset"],
-            description="",
-            cells=tuple(TrialConfig(**cell) for cell in manifest["cells"]),
-            seeds=tuple(manifest["seeds"]),
-            shard=None if shard is None else Shard.parse(shard),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{folder / 'manifest.json'} tells no sweep: {error}") from error
-    if manifest["config_hash"] != config_hash(preset):
-        raise ValueError(f"{folder} holds results of another version of beltgrasp")
-    return preset
-
-
-def _settings(cell: TrialConfig) -> dict[str, Any]:
-    """Where the cell differs from a trial's defaults; the seeds stand apart."""
-    standard = dataclasses.asdict(TrialConfig(seed=cell.seed))
-    return {k: v for k, v in dataclasses.asdict(cell).items() if v != standard[k]}
-
-
-def _part(shard: str | None) -> str:
+def _part(shard: Shard | None) -> str:
     return "the whole" if shard is None else f"shard {shard}"
 
 
-def session(worker_count: int) -> dict[str, Any]:
-    """One run of the command: a resumed sweep has several."""
-    version = code_version()
-    return {
-        "started_utc": _utc_now(),
-        "command": ["beltgrasp", *(_from_here(word) for word in sys.argv[1:])],
-        "workers": worker_count,
-        "commit": version.commit,
-        "is_dirty": version.is_dirty,
-        "beltgrasp": package_version("beltgrasp"),
-        "python": platform.python_version(),
-        "packages": {name: package_version(name) for name in _PACKAGES},
-        "platform": platform.platform(),
-        "cpu": _cpu_model(),
-        "cpu_count": os.cpu_count(),
-    }
-
-
-def _cpu_model() -> str:
-    """Name, family and model: libraries choose their kernels by them, and last digits follow."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines()
-    except OSError:
-        return platform.processor()
-    told = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
-    if "model name" not in told:
-        return platform.machine()
-    kind = [f"{key} {told[key]}" for key in ("cpu family", "model") if key in told]
-    return ", ".join([told["model name"], *kind])
-
-
-def _utc_now() -> str:
-    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+def _compact_json(content: dict[str, Any]) -> str:
+    """JSON with a line for each entry of the two upper levels."""
+    lines: list[str] = []
+    for name, value in content.items():
+        if isinstance(value, dict) and value:
+            inner = [
+                f"    {json.dumps(k)}: {json.dumps(v)}" for k, v in cast(Settings, value).items()
+            ]
+            text = "{\n" + ",\n".join(inner) + "\n  }"
+        elif isinstance(value, list) and value:
+            text = (
+                "[\n" + ",\n".join(f"    {json.dumps(v)}" for v in cast(list[Any], value)) + "\n  ]"
+            )
+        else:
+            text = json.dumps(value)
+        lines.append(f"  {json.dumps(name)}: {text}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -1,175 +1,158 @@
-"""Puts the shards of a sweep together: rows and curves, with the bytes of the whole."""
+"""Puts the shards of a study together: rows, timings, curves and files, as of the whole."""
 
 from __future__ import annotations
 
-import dataclasses
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from experiments.belt.config import TrialConfig, TrialResult
-from experiments.belt.presets import Preset
-from experiments.study import manifest, records
-from experiments.study.results_folder import (
-    ERRORS,
-    VIDEOS,
-    Lines,
-    ResultsFolder,
-    exclusive,
-    read_lines,
-    write_lines,
+from experiments.study.files import exclusive
+from experiments.study.folder import (
+    ROWS,
+    Entry,
+    read_entries,
+    write_entries,
 )
-from experiments.study.shards import Shard
+from experiments.study.manifest import (
+    FILE,
+    OTHER_FOLDER,
+    Manifest,
+    jobs_of,
+    require_study,
+    warn_of_mixed_code,
+)
+from experiments.study.shard import Shard
+from experiments.study.study import Key, Study
 
 _NAMED = 3
-"""As many missing trials of a shard are told by name."""
+"""As many missing jobs of a shard are named."""
+_OWN = {"tables", "figures"}
+"""What is written anew, not copied."""
 
 
 @dataclass(frozen=True)
 class MergeSummary:
     """What has come together."""
 
-    trials_path: Path
-    trial_count: int
-    """Trials that have a row now."""
+    rows_path: Path
+    job_count: int
+    """Jobs that have a row now."""
     missing: tuple[str, ...]
     """A line about each shard that is not there, or not whole."""
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A folder that holds rows of the sweep: a shard, or what an earlier merge made of some."""
+    """A folder that holds rows of the study: a shard, or what an earlier merge made of some."""
 
     path: Path
-    preset: Preset
-    manifest: dict[str, Any]
-
-    @classmethod
-    def read(cls, path: Path) -> _Part:
-        return cls(path, manifest.read_preset(path), manifest.read_manifest(path) or {})
+    study: Study[Any, Any]
+    manifest: Manifest
 
     @cached_property
-    def lines(self) -> dict[str, Lines]:
-        """Trial id -> its lines; ValueError where a row is not of this part of the sweep."""
-        lines = read_lines(self.path)
-        strangers = lines.keys() - {trial.trial_id for trial in self.preset.trials}
+    def entries(self) -> dict[Key, Entry]:
+        """What is kept of each job; ValueError where a row is not of this part of the study."""
+        entries = read_entries(self.path, self.study)
+        strangers = entries.keys() - {self.study.key_of(j) for j in self.manifest.jobs(self.study)}
         if strangers:
-            raise ValueError(f"{self.path} holds a row of another sweep: trial {min(strangers)}")
-        return lines
+            row = " ".join(min(strangers))
+            raise ValueError(f"{self.path} holds a row of another selection: {row}")
+        return entries
 
     @property
     def sessions(self) -> list[dict[str, Any]]:
         """The runs that left its rows, each with its shard."""
-        sessions: list[dict[str, Any]] = self.manifest.get("sessions", [])
-        shard = self.preset.shard
+        shard, sessions = self.manifest.shard, self.manifest.sessions
         return sessions if shard is None else [{"shard": str(shard)} | s for s in sessions]
 
 
-def merge(folders: Sequence[Path], out: Path) -> MergeSummary:
+def merge(study: Study[Any, Any], folders: Sequence[Path], out: Path) -> MergeSummary:
     """Writes the rows of all `folders` to `out`; what is still missing there can be run there.
 
     Args:
-        folders: Results folders of shards of one sweep, finished or not.
-        out: New folder, or one that an earlier merge of the same sweep left; its rows stay.
+        study: The study of which the folders are shards.
+        folders: Results folders of shards, finished or not.
+        out: New folder, or one that an earlier merge of the same study left; its rows stay.
 
-    Raises ValueError where the folders are not of one sweep, or tell one trial differently.
+    Raises ValueError where the folders are not of one study, or tell one job differently.
     """
-    parts = [_Part.read(folder) for folder in folders]
-    if not parts:
-        raise ValueError("merge needs the folders of one shard at least")
     with exclusive(out):
-        if manifest.read_manifest(out) is not None:
-            parts.insert(0, _Part.read(out))
-        elif any(out.glob("*.csv")):
-            raise ValueError(f"{out} holds results without manifest; {manifest.OTHER_FOLDER}")
-        _require_one_sweep(parts, out)
-        whole = dataclasses.replace(parts[0].preset, shard=None)
-        lines = _collect(parts)
-        manifest.write_manifest(out, _manifest(whole, parts))
-        places = {trial.trial_id: place for place, trial in enumerate(whole.trials)}
-        write_lines(out, {places[trial_id]: line for trial_id, line in lines.items()})
+        paths = [*folders] if Manifest.read(out) is None else [out, *folders]
+        if paths[0] != out and any(out.glob("*.csv")):
+            raise ValueError(f"{out} holds results without their {FILE}; {OTHER_FOLDER}")
+        parts = [_read_part(path, study, out) for path in paths]
+        whole = Manifest(study.name)
+        for part in parts:
+            whole.add_settings(part.manifest.settings, part.path)
+            for selection in reversed(part.manifest.selections):
+                whole.add_selection(study, selection)
+            whole.sessions += [s for s in part.sessions if s not in whole.sessions]
+        entries = _collect(parts)
+        keys = [key for job in whole.jobs(study) if (key := study.key_of(job)) in entries]
+        whole.write(out)
         for part in parts:
             _copy_companions(part.path, out)
-        folder = ResultsFolder(out, list(places))
-        if not folder.missing:
-            rows = records.read_rows(folder.trials_path, TrialResult)
-            manifest.close_manifest(out, [row.gl_renderer for row in rows if row.gl_renderer])
-        manifest.warn_of_mixed_code(out)
-    return MergeSummary(folder.trials_path, len(lines), tuple(_tell_missing(parts, whole, lines)))
+        write_entries(out, study, [entries[key] for key in keys])
+        warn_of_mixed_code(whole, out)
+    return MergeSummary(out / ROWS, len(entries), tuple(_missing(parts, whole, entries)))
 
 
-def _require_one_sweep(parts: Sequence[_Part], out: Path) -> None:
-    first = parts[0]
+def _read_part(path: Path, study: Study[Any, Any], out: Path) -> _Part:
+    manifest = Manifest.read(path)
+    if manifest is None:
+        raise ValueError(f"{path} holds no results: it has no {FILE}")
+    require_study(manifest, study.name, path)
+    if path.resolve() == out.resolve() and manifest.shard is not None:
+        raise ValueError(f"{out} holds shard {manifest.shard}; {OTHER_FOLDER}")
+    return _Part(path, study, manifest)
+
+
+def _collect(parts: Iterable[_Part]) -> dict[Key, Entry]:
+    """What is kept of each job; one that two parts hold must be the same in both.
+
+    A job that crashed in one part and has a good row in another has the good one.
+    """
+    entries: dict[Key, Entry] = {}
+    origin: dict[Key, Path] = {}
     for part in parts:
-        if part.preset.name != first.preset.name:
-            raise ValueError(
-                f"{part.path} holds results of preset {part.preset.name!r}, "
-                f"{first.path} of {first.preset.name!r}"
-            )
-        if part.manifest["config_hash"] != first.manifest["config_hash"]:
-            raise ValueError(
-                f"{part.path} and {first.path} hold preset {first.preset.name!r} "
-                "with other cells or seeds"
-            )
-        if part.path.resolve() == out.resolve() and part.preset.shard is not None:
-            raise ValueError(f"{out} holds shard {part.preset.shard}; {manifest.OTHER_FOLDER}")
-
-
-def _collect(parts: Iterable[_Part]) -> dict[str, Lines]:
-    """Trial id -> its lines; a trial that two parts hold must be the same in both."""
-    lines: dict[str, Lines] = {}
-    origin: dict[str, Path] = {}
-    for part in parts:
-        for trial_id, line in part.lines.items():
-            if lines.get(trial_id, line).repeatable != line.repeatable:
-                trial = next(t for t in part.preset.trials if t.trial_id == trial_id)
-                raise ValueError(
-                    f"trial {trial_id} ({_name(trial)}) has one row or curve in {origin[trial_id]} "
-                    f"and another in {part.path}"
-                )
-            lines.setdefault(trial_id, line)
-            origin.setdefault(trial_id, part.path)
-    return lines
+        for key, entry in part.entries.items():
+            known = entries.get(key)
+            if known is not None and not (known.is_error or entry.is_error):
+                if known.repeatable != entry.repeatable:
+                    raise ValueError(
+                        f"{part.study.unit} {' '.join(key)} has one row or curve in {origin[key]} "
+                        f"and another in {part.path}"
+                    )
+            if known is None or (known.is_error and not entry.is_error):
+                entries[key], origin[key] = entry, part.path
+    return entries
 
 
 def _copy_companions(source: Path, out: Path) -> None:
-    for name in (ERRORS, VIDEOS):
-        if source.resolve() != out.resolve() and (source / name).is_dir():
+    """Copies tracebacks, videos and whatever else stands beside the rows."""
+    if source.resolve() == out.resolve():
+        return
+    for path in sorted(source.iterdir()):
+        if path.is_dir() and path.name not in _OWN:
             unfinished = shutil.ignore_patterns(".*")
-            shutil.copytree(source / name, out / name, ignore=unfinished, dirs_exist_ok=True)
+            shutil.copytree(path, out / path.name, ignore=unfinished, dirs_exist_ok=True)
 
 
-def _manifest(whole: Preset, parts: Iterable[_Part]) -> dict[str, Any]:
-    """That of the whole sweep: whose shards are in it, and the sessions of all of them."""
-    shards: dict[str, int] = {}
-    sessions: list[Any] = []
-    for part in parts:
-        shards |= part.manifest.get("shards", {})
-        if part.preset.shard is not None:
-            shards[str(part.preset.shard)] = len(part.lines)
-        sessions += [session for session in part.sessions if session not in sessions]
-    return manifest.identity(whole) | {"shards": shards, "sessions": sessions}
-
-
-def _tell_missing(
-    parts: Sequence[_Part], whole: Preset, lines: Mapping[str, Lines]
-) -> Iterable[str]:
-    """A line for each shard of which trials are missing."""
-    counts = {part.preset.shard.count for part in parts if part.preset.shard is not None}
+def _missing(parts: Sequence[_Part], whole: Manifest, entries: dict[Key, Entry]) -> Iterable[str]:
+    """A line for each shard of which jobs are missing."""
+    study = parts[0].study
+    counts = {part.manifest.shard.count for part in parts if part.manifest.shard is not None}
     count = counts.pop() if len(counts) == 1 else 1
     for number in range(1, count + 1):
-        shard = dataclasses.replace(whole, shard=Shard(number, count))
-        missing = [_name(trial) for trial in shard.trials if trial.trial_id not in lines]
+        shard = Shard(number, count)
+        jobs = jobs_of(study, whole.selections, shard)
+        missing = [study.title(job) for job in jobs if study.key_of(job) not in entries]
         if missing:
             more = f"; and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
             yield (
-                f"shard {shard.shard} lacks {len(missing)} of {len(shard.trials)} trials: "
+                f"shard {shard} lacks {len(missing)} of {len(jobs)} {study.unit}s: "
                 f"{'; '.join(missing[:_NAMED])}{more}"
             )
-
-
-def _name(trial: TrialConfig) -> str:
-    return f"{trial.tracker} at {trial.speed_mps:g} m/s, {trial.condition}, seed {trial.seed}"

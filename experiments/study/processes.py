@@ -81,43 +81,36 @@ class LocalWorkers:
     def run_all(
         self, work: Callable[[Task], Answer], tasks: Iterable[Task]
     ) -> Generator[Answer | Lost[Task], None, None]:
-        """Yields the answers as they come, in any order; closing the iterator stops the work."""
-        return run_all(work, tasks, self.count)
+        """Yields the answers as they come, in any order; closing the iterator stops the workers.
 
-
-def run_all(
-    work: Callable[[Task], Answer], tasks: Iterable[Task], worker_count: int
-) -> Generator[Answer | Lost[Task], None, None]:
-    """Yields the answers as they come, in any order; closing the iterator stops the workers.
-
-    Args:
-        work: Answers a task; must be picklable, and an exception that it raises ends its worker.
-        tasks: Picklable, begun in this order.
-        worker_count: Number of worker processes.
-    """
-    waiting = deque(_Turn(task) for task in tasks)
-    idle: list[_Worker[Task, Answer]] = []
-    busy: dict[Connection, _Worker[Task, Answer]] = {}
-    try:
-        while waiting or busy:
-            while waiting and len(busy) < worker_count:
-                worker = idle.pop() if idle else _Worker[Task, Answer](work)
-                busy[worker.connection] = worker
-                worker.give(waiting.popleft())
-            ready = wait(list(busy))
-            for worker in [worker for worker in busy.values() if worker.connection in ready]:
-                del busy[worker.connection]
-                answers, turn = worker.take(), worker.turn
-                if answers:
-                    idle.append(worker)
-                    yield answers[0]
-                elif turn.try_count < _TRIES:
-                    waiting.appendleft(turn)
-                else:
-                    yield turn.lost(worker.exit_remark)
-    finally:
-        for worker in [*idle, *busy.values()]:
-            worker.stop()
+        Args:
+            work: Answers a task; must be picklable, and an exception that it raises ends its
+                worker.
+            tasks: Picklable, begun in this order.
+        """
+        waiting = deque(_Turn(task) for task in tasks)
+        idle: list[_Worker[Task, Answer]] = []
+        busy: dict[Connection, _Worker[Task, Answer]] = {}
+        try:
+            while waiting or busy:
+                while waiting and len(busy) < self.count:
+                    worker = idle.pop() if idle else _Worker[Task, Answer](work)
+                    busy[worker.connection] = worker
+                    worker.give(waiting.popleft())
+                ready = wait(list(busy))
+                for worker in [worker for worker in busy.values() if worker.connection in ready]:
+                    del busy[worker.connection]
+                    answers, turn = worker.take(), worker.turn
+                    if answers:
+                        idle.append(worker)
+                        yield answers[0]
+                    elif turn.try_count < _TRIES:
+                        waiting.appendleft(turn)
+                    else:
+                        yield turn.lost(worker.exit_remark)
+        finally:
+            for worker in [*idle, *busy.values()]:
+                worker.stop()
 
 
 @dataclass

@@ -8,39 +8,14 @@ one leads from the true warp of the run's first frame to that of the present fra
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from experiments.video.affine_truth import AffineTruth
+from experiments.video.job import AffineRow
 from tracker.affine import aff2
 from tracker.base import WarpEstimate
 from tracker.box_tracker import BoxEstimate
-
-
-@dataclass(frozen=True)
-class AffineRow:
-    """One line of an affine CSV: one frame of one run. None where the tracker tells no warp."""
-
-    run: str
-    frame: int
-    """Counted from 1."""
-    corner_error_px: float
-    """Mean distance of the target's four corners from where the tracker puts them."""
-    scale_error: float | None
-    """Logarithm of estimated over true scale."""
-    aspect_error: float | None
-    rotation_error_rad: float | None
-    shear_error: float | None
-    nees: float | None
-    """Squared Mahalanobis distance of the true warp; 6 on average for an honest covariance."""
-    ess: float | None
-    ancestor_count: int | None
-    """Particles that have descendants after resampling; None where nothing was resampled."""
-    resampling_distance: float | None
-    """Energy distance between the weighted particles before resampling and those after it."""
-    visible: float
-    """Share of the target that can be seen, from 0 to 1."""
 
 
 class AffineReferee:

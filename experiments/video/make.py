@@ -1,62 +1,56 @@
-"""Renders the benchmark's sequences, each with a random stream of its own.
+"""Renders the benchmark's sequences, each with a random stream of its own, and explains them.
 
-A folder is there when its sequence is complete, and never half, so the same call resumes. No
-sequence depends on which others are made, in which order, or by how many processes.
+No sequence depends on which others are made, in which order, or by how many processes.
 """
 
 from __future__ import annotations
 
-import hashlib
-import shutil
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterable, Sequence
 
+import cv2
 import numpy as np
-from tqdm import tqdm
 
+from experiments.report.report import Report, write_report
+from experiments.report.table import Column, Table
 from experiments.seeding import Stream, generator
-from experiments.study import processes
-from experiments.study.manifest import code_version, package_version
-from experiments.study.results_folder import exclusive
+from experiments.study.files import write_whole
+from experiments.study.provenance import package_version, provenance
+from experiments.study.study import Result, Results
+from experiments.video.affine_truth import AFFINE_FILE, AFFINE_HEADER, CORNERS_FILE, CORNERS_HEADER
 from experiments.video.clips import RECIPES
-from experiments.video.make_files import Source, read_source, write_index, write_sequence
-from experiments.video.selection import select
-from sim.video.film import shoot
+from experiments.video.rendered import RenderJob, RenderRow
+from experiments.video.sequences import GROUND_TRUTH
+from sim.video.film import Frame, shoot
 
+JPEG_QUALITY = 90
 
-def make_benchmark(
-    out: Path, names: Sequence[str] = (), seed: int = 0, workers: int = 1
-) -> list[str]:
-    """Renders what `out` lacks, and returns the names of the sequences that were asked for.
+README = """\
+# Rendered sequences
 
-    Args:
-        out: Folder of the benchmark; made where it does not exist.
-        names: Names or attributes of sequences, or TB-50; all of them where empty.
-        seed: Draws motion, pictures and noise of every sequence.
-        workers: Processes; the images and their truth do not depend on it.
-    """
-    if workers < 1:
-        raise ValueError(f"workers must be 1 or greater, got {workers}")
-    tags = {name: recipe.attributes for name, recipe in RECIPES.items()}
-    chosen, complaints = select(tags, [(name, "--only") for name in names])
-    if complaints:
-        raise ValueError("; ".join(complaints))
-    chosen = chosen if names else list(RECIPES)
-    sequence_rng(chosen[0], seed)  # complains of a bad seed before anything is written
-    with exclusive(out):
-        missing = [name for name in chosen if not _is_made(out / name, seed)]
-        lengths = {name: RECIPES[name].clip.frame_count for name in chosen}
-        total = sum(lengths.values())
-        done = total - sum(lengths[name] for name in missing)
-        with tqdm(total=total, initial=done, unit="frame", desc="otb make", disable=None) as bar:
-            for name in _make_all([_Job(out, name, seed) for name in missing], workers):
-                bar.update(lengths[name])
-        made = [name for name in RECIPES if (out / name).is_dir()]
-        selection = "" if len(made) == len(RECIPES) else f" --only {','.join(made)}"
-        write_index(out, [read_source(out / name) for name in made], selection)
-    return chosen
+Video sequences in the layout of OTB, rendered by beltgrasp {beltgrasp} with MuJoCo {mujoco}:
+
+```sh
+beltgrasp otb make --out DIR --seed {seed}{selection}
+```
+
+{table}
+
+Each folder holds
+
+- `img/0001.jpg` and so on: the images
+- `groundtruth_rect.txt`: `x,y,w,h` of each image, x and y of the upper left corner counted from 1:
+  the upright box around the whole target, be it hidden or outside the image
+- `attrs.txt`: the challenges
+- `affine.csv`: the true warp `[a11 a12 x; a21 a22 y]` from template coordinates (origin at the
+  centre of the first box, unit sqrt(w h) of it, u right, v down) to pixels counted from 0, pixel
+  centres at integers; and `visible`, the share of the target that can be seen, 0 to 1
+- `corners.csv`: corners of the target's front, pixels counted from 0: top left, top right, bottom
+  right, bottom left
+
+The warp is exact for a flat target that faces the camera. Where it turns out of the image plane,
+is bent or pulled, the warp is the least-squares affine map of the points of its front from where
+they are on the first image. What each clip shows and how truth is defined: `docs/sequences.md`.
+"""
 
 
 def sequence_rng(name: str, seed: int) -> np.random.Generator:
@@ -64,66 +58,79 @@ def sequence_rng(name: str, seed: int) -> np.random.Generator:
     return generator(seed, Stream.FOOTAGE, name)
 
 
-def source_of(name: str, seed: int) -> Source:
-    """The source of a sequence that this code makes."""
-    recipe = RECIPES[name]
-    return Source(
-        name=name,
+def render_sequences(jobs: Sequence[RenderJob]) -> list[Result[RenderRow]]:
+    """Renders sequences, one after the other."""
+    return [render_sequence(job) for job in jobs]
+
+
+def render_sequence(job: RenderJob) -> Result[RenderRow]:
+    """Renders a sequence: its images and truth are files of the folder of its name."""
+    recipe = RECIPES[job.name]
+    frames = list(shoot(recipe.clip, sequence_rng(job.name, job.seed)))
+    row = RenderRow(
+        name=job.name,
         attributes=" ".join(recipe.attributes),
-        frames=recipe.clip.frame_count,
-        seed=seed,
-        recipe=hashlib.sha256(repr(recipe).encode()).hexdigest()[:12],
-        beltgrasp=package_version("beltgrasp"),
-        commit=str(code_version()),
-        mujoco=package_version("mujoco"),
+        frames=len(frames),
+        seed=job.seed,
         description=recipe.clip.description,
+        outcome="done",
+        **provenance(),
     )
+    files = sequence_files(frames, recipe.attributes)
+    return Result((row,), files={f"{job.name}/{name}": data for name, data in files.items()})
 
 
-@dataclass(frozen=True)
-class _Job:
-    out: Path
-    name: str
-    seed: int
+def sequence_files(frames: Sequence[Frame], attributes: Sequence[str]) -> dict[str, str | bytes]:
+    """The files of a sequence in the layout of OTB, the ground truth last."""
+    boxes: list[str] = []
+    affine, corners = [AFFINE_HEADER], [CORNERS_HEADER]
+    files: dict[str, str | bytes] = {}
+    for number, frame in enumerate(frames, start=1):
+        files[f"img/{number:04d}.jpg"] = _jpeg(frame)
+        box, warp = frame.truth.box, frame.truth.warp
+        boxes.append(_line([box[0] + 1, box[1] + 1, box[2], box[3]]))
+        affine.append(f"{number},{_line([*warp[:2, :2].ravel(), *warp[:2, 2], frame.visible])}")
+        corners.append(f"{number},{_line(frame.truth.corners.ravel())}")
+    for name, lines in (
+        (AFFINE_FILE, affine),
+        (CORNERS_FILE, corners),
+        ("attrs.txt", [",".join(attributes)]),
+        (GROUND_TRUTH, boxes),
+    ):
+        files[name] = "\n".join(lines) + "\n"
+    return files
 
 
-def _make_all(jobs: Sequence[_Job], workers: int) -> Generator[str, None, None]:
-    """Makes the sequences and yields their names as they are done."""
-    if workers == 1 or len(jobs) < 2:
-        yield from map(_make_one, jobs)
-        return
-    for answer in processes.run_all(_make_one, jobs, workers):
-        if isinstance(answer, processes.Lost):
-            raise OSError(f"{answer.task.name}: {answer.remark}")
-        yield answer
+def write_index(results: Results[RenderRow]) -> Report:
+    """Writes `README.md` and the table of the sequences of a folder."""
+    rows = results.good
+    table = Table(
+        tuple(
+            {"name": r.name, "challenges": r.attributes, "frames": r.frames, "shows": r.description}
+            for r in rows
+        ),
+        tuple(
+            Column(name, lambda row, name=name: str(row[name]))
+            for name in ("name", "challenges", "frames", "shows")
+        ),
+    )
+    names = [row.name for row in rows]
+    readme = README.format(
+        beltgrasp=package_version("beltgrasp"),
+        mujoco=rows[0].mujoco_version,
+        seed=rows[0].seed,
+        selection="" if names == list(RECIPES) else f" --only {','.join(names)}",
+        table=table.to_markdown().rstrip(),
+    )
+    write_whole(results.path / "README.md", readme)
+    paths = [results.path / "README.md"]
+    return write_report(results.path, {"sequences": table}, paths, (), results.notes)
 
 
-def _make_one(job: _Job) -> str:
-    frames = shoot(RECIPES[job.name].clip, sequence_rng(job.name, job.seed))
-    with _whole_folder(job.out / job.name) as folder:
-        write_sequence(folder, frames, source_of(job.name, job.seed))
-    return job.name
+def _jpeg(frame: Frame) -> bytes:
+    quality = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+    return cv2.imencode(".jpg", frame.image[..., ::-1], quality)[1].tobytes()
 
 
-@contextmanager
-def _whole_folder(path: Path) -> Generator[Path, None, None]:
-    """A new folder beside `path`, which takes that name when the block has ended well."""
-    partial = path.with_name(f".{path.name}.part")
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
-    yield partial
-    partial.rename(path)
-
-
-def _is_made(folder: Path, seed: int) -> bool:
-    """Whether the folder holds this sequence; ValueError where it holds another."""
-    if not folder.exists():
-        return False
-    found, wanted = read_source(folder), source_of(folder.name, seed)
-    for field in ("seed", "recipe"):
-        if getattr(found, field) != getattr(wanted, field):
-            raise ValueError(
-                f"{folder} was made with {field} {getattr(found, field)}, not "
-                f"{getattr(wanted, field)}; choose another folder or remove this one"
-            )
-    return True
+def _line(values: Iterable[float]) -> str:
+    return ",".join(f"{value:.4f}" for value in values)

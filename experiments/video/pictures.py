@@ -14,17 +14,22 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from experiments.report.style import figure_style, save_figure, tracker_style
-from experiments.video.results import OtbResults, read_box_file
+from experiments.study.manifest import Manifest
+from experiments.video.job import VideoJob
+from experiments.video.results import OtbResults
 from experiments.video.sequences import VideoSequence, find_sequences, load_sequence
 
 SEQUENCE_COUNT, FRAME_COUNT = 4, 5
 TRUE_COLOUR = "#FFFFFF"
 
 
-def write_strip(folder: Path, results: OtbResults, root: Path) -> list[Path]:
-    """Draws the first sequences at a few moments, by OPE and the lowest seed; none without OPE."""
-    names = _spread(results.sequences("ope"))
-    if not names:
+def write_strip(folder: Path, results: OtbResults) -> list[Path]:
+    """Draws some sequences at a few moments, by OPE and the lowest seed.
+
+    There is none without OPE, boxes, or the images of the sequences.
+    """
+    names, root = _spread(results.sequences("ope")), _root_of(results.path)
+    if not (names and root.is_dir() and (results.path / "boxes").is_dir()):
         return []
     found = find_sequences(root)
     trackers = results.trackers("ope")
@@ -41,6 +46,12 @@ def write_strip(folder: Path, results: OtbResults, root: Path) -> list[Path]:
     return [folder / "boxes_ope.png"]
 
 
+def _root_of(folder: Path) -> Path:
+    """The folder of sequences that the results are of."""
+    manifest = Manifest.read(folder)
+    return Path(manifest.selections[0]["root"] if manifest is not None else "")
+
+
 def _spread(names: list[str]) -> list[str]:
     """A few of the names, spread over the list."""
     places = np.linspace(0, len(names) - 1, min(SEQUENCE_COUNT, len(names))).round()
@@ -51,8 +62,9 @@ def _draw_row(axes: list[Axes], sequence: VideoSequence, results: OtbResults) ->
     boxes: dict[str, np.ndarray] = {}
     for tracker in results.trackers("ope"):
         seed = results.seeds["ope", tracker, sequence.name][0]
-        path = results.path / "boxes" / "ope" / tracker / str(seed) / f"{sequence.name}.csv"
-        boxes[tracker] = read_box_file(path, len(sequence))[0].boxes
+        job = VideoJob("ope", sequence.name, tracker, seed, "")
+        table = np.loadtxt(results.path / job.boxes_path, delimiter=",", skiprows=1, ndmin=2)
+        boxes[tracker] = table[:, 2:]
     for axis, place in zip(axes, np.linspace(0, len(sequence) - 1, len(axes)), strict=True):
         index = round(place)
         axis.imshow(sequence.image(index)[..., ::-1])

@@ -1,53 +1,35 @@
-"""Rebuilds every table and figure of a folder of OTB results from its boxes and the truth."""
+"""Rebuilds every table and figure of trackers on video from their rows and curves."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from experiments.belt.report import Report
-from experiments.report.table import Table, write_tables
-from experiments.video.results import OtbResults, read_results
+from experiments.report import report
+from experiments.report.report import Report
+from experiments.study.study import Results
+from experiments.video.job import VideoRow
+from experiments.video.results import OtbResults
 from experiments.video.tables import affine_table, attribute_table, score_table, sequence_table
 
+_SHOWN = ("precision", "overlap", "affine")
 
-def write_report(folder: Path, root: Path | None = None, pictures: bool = False) -> Report:
-    """Writes `tables/` and `figures/` into `folder`.
 
-    Args:
-        folder: Results of `beltgrasp otb run`, finished or not.
-        root: Folder of the sequences; the manifest's if not given.
-        pictures: Also a strip of images with boxes, for which the sequences' images are read.
-    """
-    results = read_results(folder, root)
+def write_report(results: Results[VideoRow]) -> Report:
+    """Writes `tables/` and `figures/`, and a strip of images where the sequences are there."""
     from experiments.video.figures import write_figures
+    from experiments.video.pictures import write_strip
 
-    tables = _tables(results)
-    paths = write_tables(folder / "tables", tables)
-    paths += write_figures(folder / "figures", results)
-    if pictures:
-        from experiments.video.pictures import write_strip
-
-        paths += write_strip(folder / "figures", results, results.root)
-    shown = [
-        tables[name].to_text() for name in ("precision", "overlap", "affine") if name in tables
-    ]
-    return Report("\n".join([*shown, *_notes(results)]), tuple(paths))
-
-
-def _tables(results: OtbResults) -> dict[str, Table]:
+    videos = OtbResults.collect(results)
     tables = {
-        "precision": score_table(results, "dp"),
-        "overlap": score_table(results, "os"),
-        "sequences": sequence_table(results),
-        "attributes": attribute_table(results, "ope"),
-        "affine": affine_table(results),
+        "precision": score_table(videos, "dp"),
+        "overlap": score_table(videos, "os"),
+        "sequences": sequence_table(videos),
+        "attributes": attribute_table(videos, "ope"),
+        "affine": affine_table(videos),
     }
-    return {name: table for name, table in tables.items() if table is not None}
-
-
-def _notes(results: OtbResults) -> list[str]:
-    return [
+    figures = write_figures(results.path / "figures", videos)
+    figures += write_strip(results.path / "figures", videos)
+    notes = [
         f"{protocol}: left out, as not every tracker has finished them: {', '.join(left_out)}\n"
-        for protocol in results.protocols
-        if (left_out := results.left_out(protocol))
+        for protocol in videos.protocols
+        if (left_out := videos.left_out(protocol))
     ]
+    return report.write_report(results.path, tables, figures, _SHOWN, [*results.notes, *notes])

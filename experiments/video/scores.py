@@ -17,6 +17,11 @@ OVERLAP_THRESHOLDS = np.arange(21) / 20
 ERROR_THRESHOLDS_PX = np.arange(51.0)
 """Precision is a centre error of at most the threshold."""
 DP_ERROR_PX = 20
+HIT_COLUMNS = (
+    *(f"overlap_above_{threshold:.2f}" for threshold in OVERLAP_THRESHOLDS),
+    *(f"error_within_{threshold:.0f}_px" for threshold in ERROR_THRESHOLDS_PX),
+)
+"""Names of the numbers of frames behind the curves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +32,17 @@ class Curves:
     """(21,) at OVERLAP_THRESHOLDS."""
     precision: np.ndarray
     """(51,) at ERROR_THRESHOLDS_PX."""
+
+    def hits(self, frame_count: int) -> list[int]:
+        """The (72,) numbers of frames behind the shares: success, then precision."""
+        shares = np.concatenate([self.success, self.precision])
+        return np.rint(shares * frame_count).astype(int).tolist()
+
+    @classmethod
+    def of_hits(cls, hits: Sequence[int], frame_count: int) -> Curves:
+        """The curves of so many hits among so many frames."""
+        shares = np.array(hits) / frame_count
+        return cls(shares[: len(OVERLAP_THRESHOLDS)], shares[len(OVERLAP_THRESHOLDS) :])
 
     @property
     def overlap_score(self) -> float:

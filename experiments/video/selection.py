@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from experiments.video.images import SequenceError
+from experiments.video.protocols import runs_of
+from experiments.video.sequences import find_sequences, load_sequence, read_attributes
 from experiments.video.tb50 import ATTRIBUTES, TB50_ATTRIBUTES
 
 TB50 = "TB-50"
@@ -34,6 +39,44 @@ def select(
             complaints.append(f"{place}: {_complaint(word, sequences)}")
         chosen |= found
     return [name for name in sequences if name in chosen], complaints
+
+
+def usable_sequences(
+    root: Path, wanted: Sequence[tuple[str, str]], protocols: Sequence[str]
+) -> tuple[list[str], list[str]]:
+    """The sequences of a folder that can be run, and a complaint about each other one.
+
+    Args:
+        root: Folder of the sequences.
+        wanted: Words and where they stand, as `select` takes them; all sequences where empty.
+        protocols: Those by which the sequences are to be run.
+    """
+    found = find_sequences(root)
+    names, complaints = select(_attributes(found), wanted) if wanted else ([*found], [])
+    usable: list[str] = []
+    for name in names:
+        try:
+            sequence = load_sequence(name, found[name])
+            for protocol in protocols:
+                runs_of(protocol, sequence)
+        except SequenceError as error:
+            complaints.append(f"{name}: {error}")
+            continue
+        usable.append(name)
+        if sequence.spare_image_count:
+            line = sequence.line(len(sequence) - 1)
+            spare = f"{sequence.spare_image_count} images have no box and do not count"
+            print(f"note: {name}: {line} is the last: {spare}", file=sys.stderr)
+    return usable, complaints
+
+
+def _attributes(found: Mapping[str, Path]) -> dict[str, tuple[str, ...]]:
+    """Challenges of each sequence; none for one whose list is faulty, which loading it reports."""
+    tags: dict[str, tuple[str, ...]] = dict.fromkeys(found, ())
+    for name, path in found.items():
+        with contextlib.suppress(SequenceError):
+            tags[name] = read_attributes(name, path.parent)
+    return tags
 
 
 def read_list(path: Path) -> list[tuple[str, str]]:

@@ -23,6 +23,9 @@ from experiments.video.images import SequenceError, image_number, image_paths, r
 
 GROUND_TRUTH = "groundtruth_rect.txt"
 
+_NO_SEQUENCES = {"errors", "tables", "videos"}
+"""Folders that stand beside rendered sequences."""
+
 
 @dataclass(frozen=True, eq=False)
 class VideoSequence:
@@ -77,7 +80,7 @@ def find_sequences(root: Path) -> dict[str, Path]:
         raise SequenceError(f"root must be a folder of sequences; got {str(root)!r}")
     found: dict[str, Path] = {}
     for folder in sorted(path for path in root.iterdir() if path.is_dir()):
-        if folder.name.startswith((".", "__")):
+        if folder.name.startswith((".", "__")) or folder.name in _NO_SEQUENCES:
             continue
         several = sorted(folder.glob("groundtruth_rect.[0-9]*.txt"))
         if (folder / GROUND_TRUTH).exists() or not several:

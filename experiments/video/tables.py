@@ -6,7 +6,6 @@ import csv
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from experiments.report.statistics import bootstrap_gain
 from experiments.report.table import Column, Table, TableRow, show_number
 from experiments.seeding import Stream, generator
 from experiments.video.calibration import calibrated
+from experiments.video.job import AFFINE_COLUMNS
 from experiments.video.results import OtbResults
 from experiments.video.scores import Curves, mean_curves
 from experiments.video.tb50 import ATTRIBUTES
@@ -90,7 +90,7 @@ def sequence_table(results: OtbResults) -> Table:
             **_scores_of(results.curves[protocol, tracker, name]),
         }
         for protocol in results.protocols
-        for name in results.truths
+        for name in results.names
         for tracker in results.trackers(protocol)
         if (protocol, tracker, name) in results.curves
     ]
@@ -148,9 +148,9 @@ def affine_table(results: OtbResults) -> Table | None:
     rows: list[TableRow] = []
     for protocol in results.protocols:
         for tracker in results.trackers(protocol):
-            files = sorted((results.path / "affine" / protocol / tracker).glob("*/*.csv"))
-            if files:
-                rows.append({"protocol": protocol, "tracker": tracker} | _affine_measures(files))
+            lines = results.affine_of(protocol, tracker)
+            if lines:
+                rows.append({"protocol": protocol, "tracker": tracker} | _affine_measures(lines))
     columns = [
         Column(name, lambda row, name=name: str(row[name]))
         for name in ("protocol", "tracker", "frames")
@@ -165,22 +165,21 @@ def affine_table(results: OtbResults) -> Table | None:
     return Table(tuple(rows), tuple(columns)) if rows else None
 
 
-def _affine_measures(files: Sequence[Path]) -> TableRow:
+def _affine_measures(lines: Sequence[str]) -> TableRow:
     values: dict[str, list[float]] = {key: [] for key, *_ in _AFFINE_COLUMNS}
     # One without values keeps its place, so that all trackers have the same halves.
-    nees_of_sequence: dict[str, list[float]] = {path.stem: [] for path in files}
+    nees_of_sequence: dict[str, list[float]] = {}
     count = 0
-    for path in files:
-        with path.open(encoding="utf-8", newline="") as file:
-            for row in csv.DictReader(file):
-                if float(row["visible"]) < VISIBLE_SHARE:
-                    continue
-                count += 1
-                for key, known in values.items():
-                    if row.get(key):
-                        known.append(abs(float(row[key])))
-                if row["nees"]:
-                    nees_of_sequence[path.stem].append(float(row["nees"]))
+    for row in csv.DictReader(lines, AFFINE_COLUMNS):
+        nees = nees_of_sequence.setdefault(row["sequence"], [])
+        if float(row["visible"]) < VISIBLE_SHARE:
+            continue
+        count += 1
+        for key, known in values.items():
+            if row.get(key):
+                known.append(abs(float(row[key])))
+        if row["nees"]:
+            nees.append(float(row["nees"]))
     values["calibrated_nees"] = calibrated(nees_of_sequence).tolist()
     measures: TableRow = {"frames": count}
     for key, known in values.items():

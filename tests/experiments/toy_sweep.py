@@ -10,8 +10,9 @@ import sys
 import time
 from pathlib import Path
 
-from experiments.belt.presets import Preset, expand
 from experiments.belt.sweep import run_sweep
+
+from experiments.belt.presets import Preset, expand
 from experiments.study.processes import LocalWorkers
 
 CELLS = expand(tracker=["pf", "igpf"], speed_mps=[0.1, 1.2])

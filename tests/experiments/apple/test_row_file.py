@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import pytest
-
 from experiments.apple.row_file import RowFile
 
 

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from experiments.study.members import append_member
 
 from experiments.belt.curves import CURVE_HEADER, CURVE_HZ, ErrorCurve, read_curves
 from experiments.belt.trace import ControlSample, TrialTrace
-from experiments.study.members import append_member
 from sim.arm.grasp import Phase
 
 ENTERED_S = 0.25

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import pytest
 import toy_sweep
+from experiments.belt.films import Scene
+from experiments.belt.sweep import run_sweep
 from toy_sweep import PRESET, left_by
 
 from experiments.belt.config import TrialConfig, TrialResult
-from experiments.belt.films import Scene
-from experiments.belt.sweep import run_sweep
 from experiments.study import records
 from experiments.study.processes import LocalWorkers
 

@@ -1,8 +1,8 @@
 import pytest
+from experiments.belt.sweep import ASSUMED_TRIAL_S
 
 from experiments.belt.config import TrialConfig
 from experiments.belt.presets import PRESETS, Preset, expand
-from experiments.belt.sweep import ASSUMED_TRIAL_S
 
 
 def test_axes_expand_to_their_product():

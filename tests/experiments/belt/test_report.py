@@ -4,13 +4,13 @@ import dataclasses
 import gzip
 
 import pytest
+from experiments.study.members import append_member
 
 from experiments.belt.config import TrialConfig, TrialTimings
 from experiments.belt.curves import CURVE_HEADER
 from experiments.belt.presets import Preset, expand
 from experiments.belt.report import write_report
 from experiments.study import records
-from experiments.study.members import append_member
 
 TABLES = (
     "success",

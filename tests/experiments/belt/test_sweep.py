@@ -6,15 +6,15 @@ import time
 import numpy as np
 import pytest
 import toy_sweep
+from experiments.belt.sweep import SweepInterrupted, run_sweep
+from experiments.study.results_folder import exclusive
 from toy_sweep import LONG_PRESET, PRESET, left_by
 
 from experiments.belt.config import TrialResult, TrialTimings
 from experiments.belt.curves import read_curves
 from experiments.belt.presets import Preset
-from experiments.belt.sweep import SweepInterrupted, run_sweep
 from experiments.study import manifest, records
 from experiments.study.processes import LocalWorkers
-from experiments.study.results_folder import exclusive
 
 
 def test_a_sweep_has_one_row_for_each_trial_in_order(finished):

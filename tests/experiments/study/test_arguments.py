@@ -3,7 +3,6 @@
 import os
 
 import pytest
-
 from experiments.study.arguments import seed_range, split_names, worker_count
 
 

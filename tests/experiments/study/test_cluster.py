@@ -13,11 +13,11 @@ import time
 import numpy as np
 import pytest
 import toy_sweep
+from experiments.belt.sweep import run_sweep
 from toy_sweep import LONG_PRESET, PRESET, left_by
 
 from experiments.belt.config import TrialResult, TrialTimings
 from experiments.belt.presets import Preset
-from experiments.belt.sweep import run_sweep
 from experiments.study import cluster as dask
 from experiments.study import manifest, records
 from experiments.study.cluster import DaskWorkers

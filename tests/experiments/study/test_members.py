@@ -5,7 +5,6 @@ import random
 import string
 
 import pytest
-
 from experiments.study.members import append_member, keep_members, read_members, write_members
 
 TEXTS = ["head\n", "", "".join(random.Random(0).choices(string.printable, k=60_000)), "end\n"]

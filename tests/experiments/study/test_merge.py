@@ -4,17 +4,17 @@ from dataclasses import asdict, replace
 
 import pytest
 import toy_sweep
+from experiments.belt.sweep import run_sweep
+from experiments.study.members import append_member, keep_members
+from experiments.study.results_folder import read_lines
+from experiments.study.shards import Shard
 from toy_sweep import PRESET, left_by
 
 from experiments.belt.config import TrialResult, TrialTimings
 from experiments.belt.curves import CURVE_HEADER
-from experiments.belt.sweep import run_sweep
 from experiments.study import manifest, records
-from experiments.study.members import append_member, keep_members
 from experiments.study.merge import merge
 from experiments.study.processes import LocalWorkers
-from experiments.study.results_folder import read_lines
-from experiments.study.shards import Shard
 
 SHARD_COUNT = 3
 

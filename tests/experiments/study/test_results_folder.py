@@ -7,13 +7,13 @@ import stat
 
 import pytest
 import toy_sweep
+from experiments.belt.sweep import run_sweep
+from experiments.study.results_folder import exclusive, read_lines
 from toy_sweep import PRESET, left_by
 
 from experiments.belt.config import TrialResult
-from experiments.belt.sweep import run_sweep
 from experiments.study import records
 from experiments.study.processes import LocalWorkers
-from experiments.study.results_folder import exclusive, read_lines
 
 
 def run(folder):

@@ -2,11 +2,11 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
+from experiments.study.shards import Shard
 from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.belt.presets import Preset, expand
-from experiments.study.shards import Shard
 
 counts = st.integers(1, 12)
 

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-
 from experiments.study.study_folder import claim, study_of
 
 

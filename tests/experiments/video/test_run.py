@@ -3,11 +3,11 @@ import shutil
 
 import cv2
 import pytest
-
-from experiments.video import run
 from experiments.video.contestants import CONTESTANTS
 from experiments.video.jobs import plan
 from experiments.video.run import OtbRun, run_otb
+
+from experiments.video import run
 from experiments.video.sequences import find_sequences, load_sequence
 from experiments.video.tracking import Tracking
 

@@ -1,4 +1,4 @@
-"""The trackers that can enter the OTB protocol, by name."""
+"""The trackers that can run on video sequences, by name."""
 
 from __future__ import annotations
 
@@ -17,37 +17,37 @@ from tracker.video.readings import READINGS
 
 
 @dataclass(frozen=True)
-class Contestant:
-    """A tracker and how to make a fresh one."""
+class VideoTracker:
+    """A tracker of boxes and how to make a fresh one."""
 
     description: str
     make: Callable[[np.random.Generator], BoxTracker]
     is_random: bool = True
     """Whether the answer depends on the seed; others run with seed 0 only."""
-    settings: str = ""
+    settings: object = None
     """All that determines its answers beside the code; results of other settings do not mix."""
 
 
-def _particle_filter(config: BoxTrackerConfig) -> Contestant:
-    return Contestant(
-        config.description, lambda rng: ParticleBoxTracker(config, rng), settings=repr(config)
+def _particle_filter(config: BoxTrackerConfig) -> VideoTracker:
+    return VideoTracker(
+        config.description, lambda rng: ParticleBoxTracker(config, rng), settings=config
     )
 
 
-def _peer(baseline: Baseline) -> Contestant:
-    return Contestant(baseline.description, baseline.make, baseline.is_random)
+def _peer(baseline: Baseline) -> VideoTracker:
+    return VideoTracker(baseline.description, baseline.make, baseline.is_random)
 
 
-def get_contestant(name: str) -> Contestant:
+def get_video_tracker(name: str) -> VideoTracker:
     """The row of that name, or the tracker at that import path; ValueError for neither."""
     if is_outside(name):
         found = get_box_finder(name)
-        return Contestant(found.description, found.make, settings=source_of(name))
-    require_known("tracker", name, CONTESTANTS)
-    return CONTESTANTS[name]
+        return VideoTracker(found.description, found.make, settings={"source": source_of(name)})
+    require_known("tracker", name, VIDEO_TRACKERS)
+    return VIDEO_TRACKERS[name]
 
 
-CONTESTANTS: dict[str, Contestant] = {
+VIDEO_TRACKERS: dict[str, VideoTracker] = {
     **{name: _particle_filter(config) for name, config in BOX_TRACKERS.items()},
     **{name: _peer(baseline) for name, baseline in BASELINES.items()},
     **{name: _particle_filter(config) for name, config in READINGS.items()},

@@ -1,0 +1,64 @@
+"""Two methods on what both have met: one side of a comparison, and the scores of its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic
+
+import numpy as np
+
+from experiments.report.comparison import comparison_lines
+from experiments.study.study import Row, Study
+
+
+@dataclass(frozen=True)
+class Side(Generic[Row]):
+    """A method in a results folder."""
+
+    folder: Path
+    study: Study[Any, Row]
+    method: str
+    rows: tuple[Row, ...]
+
+    @classmethod
+    def of(
+        cls, folder: Path, study: Study[Any, Row], rows: Sequence[Row], method: str
+    ) -> Side[Row]:
+        """The rows of a method; without a name, of the only one. ValueError lists those there."""
+        present = list(dict.fromkeys(str(getattr(row, study.method)) for row in rows))
+        if not method and len(present) == 1:
+            method = present[0]
+        if method not in present:
+            wanted = f"got {method!r}" if method else f"say which: DIR:{study.method.upper()}"
+            raise ValueError(
+                f"{study.method} of {folder} must be one of {', '.join(present)}; {wanted}"
+            )
+        own = tuple(row for row in rows if str(getattr(row, study.method)) == method)
+        return cls(folder, study, method, own)
+
+    @property
+    def label(self) -> str:
+        """Name for people."""
+        return f"{self.method} ({self.folder})"
+
+    @property
+    def scores(self) -> dict[Hashable, float]:
+        """What was met -> the score there, the mean over seeds that meet the same."""
+        found: dict[Hashable, list[float]] = {}
+        for row in self.rows:
+            if (scored := self.study.score.of(row)) is not None:
+                found.setdefault(scored[0], []).append(scored[1])
+        return {met: float(np.mean(values)) for met, values in found.items()}
+
+
+def verdict_lines(first: Side[Any], second: Side[Any]) -> list[str]:
+    """The scores of both sides in pairs, and which side is better."""
+    score = first.study.score
+    return comparison_lines(
+        (first.label, first.scores),
+        (second.label, second.scores),
+        score.name,
+        higher_is_better=score.higher_is_better,
+    )
