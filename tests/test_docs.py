@@ -139,10 +139,14 @@ def test_a_document_cites_known_keys_and_links_to_what_exists(path: Path) -> Non
     assert not broken_links(text, path.parent)
 
 
-def broken_links(text: str, folder: Path) -> list[str]:
+def links(text: str) -> list[str]:
+    """The local targets of links and pictures."""
     targets = [target or source for target, source in LINK.findall(text)]
-    local = [t for t in targets if not re.match(r"[a-z]+:|#", t)]
-    return [t for t in local if not (folder / t.split("#")[0]).exists()]
+    return [t for t in targets if not re.match(r"[a-z]+:|#", t)]
+
+
+def broken_links(text: str, folder: Path) -> list[str]:
+    return [t for t in links(text) if not (folder / t.split("#")[0]).exists()]
 
 
 def test_tables_in_documents_are_those_of_the_results() -> None:
@@ -151,6 +155,19 @@ def test_tables_in_documents_are_those_of_the_results() -> None:
         [sys.executable, script, "--check"], capture_output=True, text=True, check=False
     )
     assert run.returncode == 0, run.stderr
+
+
+def test_the_figures_kept_are_those_that_documents_show() -> None:
+    """Git ignores all others, as `report` rebuilds them."""
+    ignore = (ROOT / ".gitignore").read_text(encoding="utf-8")
+    exceptions = re.findall(r"^!/(results/\S+/figures/\S+)$", ignore, re.MULTILINE)
+    shown = {
+        (path.parent / target).resolve()
+        for path in DOCUMENTS
+        for target in links(path.read_text(encoding="utf-8"))
+        if "/figures/" in target
+    }
+    assert {path for pattern in exceptions for path in ROOT.glob(pattern)} == shown != set()
 
 
 def test_no_key_is_listed_twice() -> None:
