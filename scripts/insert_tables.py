@@ -29,18 +29,20 @@ def refreshed(text: str) -> str:
     return BLOCK.sub(table, text)
 
 
+def stale() -> list[Path]:
+    """The documents of which a table is not as it is in results/ now."""
+    documents = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+    texts = {path: path.read_text(encoding="utf-8") for path in documents}
+    return [path for path, text in texts.items() if refreshed(text) != text]
+
+
 def main() -> int:
     """Refreshes or checks README.md and docs/."""
-    stale = []
-    for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
-        text = path.read_text(encoding="utf-8")
-        if refreshed(text) != text:
-            stale.append(path)
     if "--check" in sys.argv[1:]:
-        for path in stale:
+        for path in (found := stale()):
             print(f"{path.relative_to(ROOT)}: a table is not that of results/", file=sys.stderr)
-        return 1 if stale else 0
-    for path in stale:
+        return 1 if found else 0
+    for path in stale():
         path.write_text(refreshed(path.read_text(encoding="utf-8")), encoding="utf-8")
         print(path.relative_to(ROOT))
     return 0

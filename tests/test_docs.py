@@ -1,17 +1,18 @@
-"""What the documents say holds: cited keys, command lines, make verbs and relative links exist."""
+"""What the documents say holds: cited keys, paths, links, command lines and make verbs exist."""
 
 from __future__ import annotations
 
 import ast
 import re
 import shlex
-import subprocess
-import sys
-from collections.abc import Iterator
+import typing
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
+import insert_tables
 import pytest
 
 from experiments import cli
@@ -19,12 +20,21 @@ from experiments.belt.config import TrialConfig
 from experiments.belt.presets import PRESETS
 
 ROOT = Path(__file__).resolve().parent.parent
-CODE = ("sim", "tracker", "experiments", "assets", "benchmarks", "tests")
-DOCUMENTS = sorted(
-    path
+HERE = Path(__file__).resolve()
+CODE = ("sim", "tracker", "experiments", "assets", "benchmarks", "tests", "scripts")
+DOCUMENTS = {
+    path: path.read_text(encoding="utf-8")
     for pattern in ("*.md", ".github/**/*.md", "docs/**/*.md", "assets/**/*.md", "results/*.md")
-    for path in ROOT.glob(pattern)
-)
+    for path in sorted(ROOT.glob(pattern))
+}
+HISTORY = ROOT / "CHANGELOG.md"
+"""Names files as they were called at the time."""
+SOURCES = {
+    path: path.read_text(encoding="utf-8")
+    for folder in CODE
+    for path in sorted((ROOT / folder).rglob("*.py"))
+    if path != HERE  # gives wrong keys and paths as examples
+}
 KEY = re.compile(
     r"(?<![\w\])])\[("
     r"[A-Za-z]\w*(?:18|19|20)\d{2}[a-z]?"  # Name2021
@@ -37,18 +47,70 @@ SHELL_BLOCK = re.compile(r"^```(?:sh|bash|shell|console)\n(.*?)^```", re.MULTILI
 INLINE = re.compile(r"`((?:beltgrasp|make) [^`\n]+)`")
 LAUNCHERS = re.compile(r"^(?:\$ +)?(?:uv run +|\.venv/bin/)?")
 SYNOPSIS = re.compile(r"[\[\]|…]|\.\.\.")
+PATH = re.compile(
+    rf"`(?:python )?((?:{'|'.join(CODE)}|docs|results|\.ci)/[\w./*-]*|[\w*]+\.py)(?=[`\s:])"
+)
+PLACEHOLDER = re.compile(r"NAME|PRESET|STUDY")
 
 
-def docstrings(source: str) -> Iterator[str]:
-    """Every string that stands alone: docstrings and the strings under fields."""
+def listed(found: Iterable[str]) -> str:
+    """One offender a line, for a message."""
+    return "".join(f"\n{line}" for line in found)
+
+
+def places(texts: dict[Path, str], wrong: Callable[[str, Path], Iterable[str]]) -> list[str]:
+    """File, line and what `wrong` finds in each line of the texts."""
+    return [
+        f"{path.relative_to(ROOT)}:{number}: {what}"
+        for path, text in texts.items()
+        for number, line in enumerate(text.splitlines(), 1)
+        for what in wrong(line, path.parent)
+    ]
+
+
+def remarks(source: str) -> str:
+    """The source without its code: strings that stand alone, as docstrings do, and comments."""
+    lines = source.splitlines()
+    kept = [match[0] if (match := re.search(r"#.*", line)) else "" for line in lines]
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             if isinstance(node.value.value, str):
-                yield node.value.value
+                kept[node.lineno - 1 : node.end_lineno] = lines[node.lineno - 1 : node.end_lineno]
+    return "\n".join(kept)
 
 
-def cited(text: str) -> set[str]:
-    return set(KEY.findall(text))
+REMARKS = DOCUMENTS | {path: remarks(source) for path, source in SOURCES.items()}
+
+
+def references() -> list[str]:
+    return ENTRY.findall((ROOT / "REFERENCES.md").read_text(encoding="utf-8"))
+
+
+def unknown_keys(text: str, known: Iterable[str]) -> list[str]:
+    return [f"[{key}] is not in REFERENCES.md" for key in KEY.findall(text) if key not in known]
+
+
+def links(text: str) -> list[str]:
+    """The local targets of links and pictures."""
+    targets = [target or source for target, source in LINK.findall(text)]
+    return [t for t in targets if not re.match(r"[a-z]+:|#", t)]
+
+
+def broken_links(text: str, folder: Path) -> list[str]:
+    found = [t for t in links(text) if not (folder / t.split("#")[0]).exists()]
+    return [f"the link to {target} leads nowhere" for target in found]
+
+
+def missing_paths(text: str, folder: Path) -> list[str]:
+    """Paths of the project in backticks that lead nowhere; a name alone may be anywhere."""
+    paths = [path for path in PATH.findall(text) if not PLACEHOLDER.search(path)]
+    return [f"there is no {path}" for path in paths if not _exists(path, folder)]
+
+
+def _exists(path: str, folder: Path) -> bool:
+    if "/" in path:
+        return any(next(base.glob(path.rstrip("/")), None) for base in (ROOT, folder))
+    return any(next((ROOT / top).rglob(path), None) for top in (*CODE, "docs"))
 
 
 def command_lines(text: str) -> list[str]:
@@ -71,13 +133,14 @@ def make_verbs() -> set[str]:
     return set(re.findall(r"^([a-z-]+):.*## ", makefile, re.MULTILINE))
 
 
-def commands_of(program: str) -> list[tuple[str, list[str]]]:
-    return [
-        (path.relative_to(ROOT).as_posix(), found)
-        for path in DOCUMENTS
-        for line in command_lines(path.read_text(encoding="utf-8"))
-        if (found := arguments(line, program)) is not None
-    ]
+def commands_of(program: str) -> dict[tuple[str, ...], str]:
+    """Each documented command line of `program`, with the first document that has it."""
+    found: dict[tuple[str, ...], str] = {}
+    for path, text in DOCUMENTS.items():
+        for line in command_lines(text):
+            if (words := arguments(line, program)) is not None:
+                found.setdefault(tuple(words), path.relative_to(ROOT).as_posix())
+    return found
 
 
 def is_placeholder(name: str) -> bool:
@@ -85,76 +148,48 @@ def is_placeholder(name: str) -> bool:
     return name.rstrip("-0123456789").isupper() or ":" in name
 
 
-def check_trial(command: cli.Trial | cli.View) -> int:
+def check(command: Any) -> int:
+    """In place of running the command: whether the names that it was given exist."""
     from experiments.catalogue import check_names
 
-    config, named = (
-        command.config,
-        "tracker embodiment camera object motion condition predictor".split(),
-    )
-    open_fields = [field for field in named if is_placeholder(getattr(config, field))]
-    check_names(replace(config, **{f: getattr(TrialConfig(), f) for f in open_fields}))
-    return 0
-
-
-def check_sweep(command: cli.Sweep) -> int:
-    return 0 if command.preset in PRESETS or is_placeholder(command.preset) else 1
+    if isinstance(config := getattr(command, "config", None), TrialConfig):
+        named = "tracker embodiment camera object motion condition predictor".split()
+        open_fields = [field for field in named if is_placeholder(getattr(config, field))]
+        check_names(replace(config, **{f: getattr(TrialConfig(), f) for f in open_fields}))
+    preset = getattr(command, "preset", None)
+    return 0 if preset is None or preset in PRESETS or is_placeholder(preset) else 1
 
 
 @pytest.fixture
 def parser(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """The command line, of which each command checks its names instead of running."""
-    monkeypatch.setattr(cli.Trial, "run", check_trial)
-    monkeypatch.setattr(cli.View, "run", check_trial)
-    monkeypatch.setattr(cli.Sweep, "run", check_sweep)
-    monkeypatch.setattr(cli.Merge, "run", lambda self: 0)
-    monkeypatch.setattr(cli.Report, "run", lambda self: 0)
-    monkeypatch.setattr(cli.Compare, "run", lambda self: 0)
-    monkeypatch.setattr(cli.List, "run", lambda self: 0)
-    monkeypatch.setattr(cli.Otb, "run", lambda self: 0)
-    monkeypatch.setattr(cli.Apple, "run", lambda self: 0)
-    monkeypatch.setattr(cli.BearingOnly, "run", lambda self: 0)
+    for choice in typing.get_args(cli.Command):
+        monkeypatch.setattr(typing.get_args(choice)[0], "run", check)
     return cli
 
 
-@pytest.mark.parametrize(
-    "path",
-    [path for folder in CODE for path in sorted((ROOT / folder).rglob("*.py"))],
-    ids=lambda path: path.relative_to(ROOT).as_posix(),
-)
-def test_cited_keys_are_in_references(path: Path) -> None:
-    if path == Path(__file__).resolve():
-        pytest.skip("gives wrong keys as examples")
-    references = set(ENTRY.findall((ROOT / "REFERENCES.md").read_text(encoding="utf-8")))
-    source = path.read_text(encoding="utf-8")
-    comments = "\n".join(re.findall(r"#.*", source))
-    assert cited("\n".join([*docstrings(source), comments])) <= references
+def test_cited_keys_are_in_references() -> None:
+    known = references()
+    wrong = places(REMARKS, lambda line, _: unknown_keys(line, known))
+    assert not wrong, listed(wrong)
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_a_document_cites_known_keys_and_links_to_what_exists(path: Path) -> None:
-    text = path.read_text(encoding="utf-8")
-    references = set(ENTRY.findall((ROOT / "REFERENCES.md").read_text(encoding="utf-8")))
-    assert cited(text) <= references
-    assert not broken_links(text, path.parent)
+def test_no_key_is_listed_twice() -> None:
+    assert len(references()) == len(set(references())) > 0
 
 
-def links(text: str) -> list[str]:
-    """The local targets of links and pictures."""
-    targets = [target or source for target, source in LINK.findall(text)]
-    return [t for t in targets if not re.match(r"[a-z]+:|#", t)]
+def test_links_lead_somewhere() -> None:
+    wrong = places(DOCUMENTS, broken_links)
+    assert not wrong, listed(wrong)
 
 
-def broken_links(text: str, folder: Path) -> list[str]:
-    return [t for t in links(text) if not (folder / t.split("#")[0]).exists()]
+def test_paths_that_are_named_exist() -> None:
+    wrong = places({path: t for path, t in REMARKS.items() if path != HISTORY}, missing_paths)
+    assert not wrong, listed(wrong)
 
 
 def test_tables_in_documents_are_those_of_the_results() -> None:
-    script = ROOT / "scripts" / "insert_tables.py"
-    run = subprocess.run(
-        [sys.executable, script, "--check"], capture_output=True, text=True, check=False
-    )
-    assert run.returncode == 0, run.stderr
+    assert not insert_tables.stale()
 
 
 def test_the_figures_kept_are_those_that_documents_show() -> None:
@@ -163,36 +198,41 @@ def test_the_figures_kept_are_those_that_documents_show() -> None:
     exceptions = re.findall(r"^!/(results/\S+/figures/\S+)$", ignore, re.MULTILINE)
     shown = {
         (path.parent / target).resolve()
-        for path in DOCUMENTS
-        for target in links(path.read_text(encoding="utf-8"))
+        for path, text in DOCUMENTS.items()
+        for target in links(text)
         if "/figures/" in target
     }
     assert {path for pattern in exceptions for path in ROOT.glob(pattern)} == shown != set()
 
 
-def test_no_key_is_listed_twice() -> None:
-    keys = ENTRY.findall((ROOT / "REFERENCES.md").read_text(encoding="utf-8"))
-    assert len(keys) == len(set(keys)) > 0
-
-
-@pytest.mark.parametrize(("document", "words"), commands_of("beltgrasp"))
-def test_a_documented_command_line_is_accepted(
-    parser: ModuleType, document: str, words: list[str]
+def test_documented_command_lines_are_accepted(
+    parser: ModuleType, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert parser.run(words) == 0, f"{document}: beltgrasp {shlex.join(words)}"
+    wrong = [
+        f"{document}: beltgrasp {shlex.join(words)}: {capsys.readouterr().err.strip()}"
+        for words, document in commands_of("beltgrasp").items()
+        if parser.run(words) != 0
+    ]
+    assert not wrong, listed(wrong)
 
 
-@pytest.mark.parametrize(("document", "words"), commands_of("make"))
-def test_a_documented_make_verb_exists(document: str, words: list[str]) -> None:
-    verbs = {word for word in words if "=" not in word}
-    assert verbs <= make_verbs(), document
+def test_documented_make_verbs_exist() -> None:
+    verbs = make_verbs()
+    wrong = [
+        f"{document}: make {word}"
+        for words, document in commands_of("make").items()
+        for word in words
+        if "=" not in word and word not in verbs
+    ]
+    assert not wrong, listed(wrong)
 
 
-def test_ci_runs_the_test_command_of_the_readme() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    commands = [line for line in command_lines(readme) if arguments(line, "make") is not None]
+def test_ci_runs_the_checks_and_the_test_command_of_the_readme() -> None:
+    readme = command_lines(DOCUMENTS[ROOT / "README.md"])
+    commands = [line for line in readme if arguments(line, "make") is not None]
     assert {"make demo", "make test"} <= {shlex.join(shlex.split(c, True)) for c in commands}
-    assert "\nmake test " in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert script.index("\nmake check ") < script.index("\nmake test ")
 
 
 @pytest.mark.parametrize(
@@ -212,11 +252,40 @@ def test_a_wrong_command_line_is_refused(parser: ModuleType, line: str) -> None:
 
 
 def test_the_patterns_of_this_file_find_what_they_should() -> None:
-    assert cited("as in [IGPF2021] Eq. (9) and [IGPFPatent]") == {"IGPF2021", "IGPFPatent"}
-    assert cited("units [m], [px], [rad], list[Particles], a[i], [Link2020](x.md)") == set()
-    assert list(docstrings('class A:\n    """One [Foo1999]."""\n    x: int = 0\n    """Two."""'))
-    assert broken_links("[a](no_such.md) [b](https://example.org) [c](#x)", ROOT) == ["no_such.md"]
-    assert broken_links('<img width="1" src="no.png">', ROOT) == ["no.png"]
+    assert KEY.findall("as in [IGPF2021] Eq. (9) and [IGPFPatent]") == ["IGPF2021", "IGPFPatent"]
+    assert not KEY.findall("units [m], [px], [rad], list[Particles], a[i], [Link2020](x.md)")
+    assert unknown_keys("[IGPF2021], [Foo1999]", references()) == [
+        "[Foo1999] is not in REFERENCES.md"
+    ]
+    source = 'class A:\n    """One [Foo1999].\n    """\n    x: int = 0  # [Bar1999]\n    "Two."'
+    assert remarks(source) == '\n    """One [Foo1999].\n    """\n# [Bar1999]\n    "Two."'
+    text = '[a](no_such.md) [b](https://example.org) [c](#x) [d](README.md#x)\n<img src="no.png">'
+    assert broken_links(text, ROOT) == [
+        "the link to no_such.md leads nowhere",
+        "the link to no.png leads nowhere",
+    ]
+    assert places({ROOT / "a" / "b.md": "ok\n[a](README.md)"}, broken_links) == [
+        "a/b.md:2: the link to README.md leads nowhere"
+    ]
+
+
+def test_a_path_that_leads_nowhere_is_found() -> None:
+    wrong = "`sim/none.py` `tests/no/test_x.py` `none.py` `python scripts/none.py` `results/x/`"
+    assert missing_paths(wrong, ROOT) == [
+        f"there is no {path}"
+        for path in (
+            "sim/none.py",
+            "tests/no/test_x.py",
+            "none.py",
+            "scripts/none.py",
+            "results/x/",
+        )
+    ]
+    right = "`sim/` `tests/test_docs.py` `test_docs.py` `scripts/*.py --check` `assets/NAME.xml`"
+    assert not missing_paths(f"{right} `sim.belt` `out/x.mp4` `results/loop/trials.csv`", ROOT)
+
+
+def test_command_lines_are_found() -> None:
     text = "```sh\n$ uv run beltgrasp trial \\\n  --seed 3  # three\nmake test\n```\n`make demo`"
     assert [arguments(line, "beltgrasp") for line in command_lines(text)] == [
         ["trial", "--seed", "3"],
@@ -225,3 +294,4 @@ def test_the_patterns_of_this_file_find_what_they_should() -> None:
     ]
     assert [arguments(line, "make") for line in command_lines(text)] == [None, ["test"], ["demo"]]
     assert {"demo", "test", "check"} <= make_verbs()
+    assert ("list",) in commands_of("beltgrasp")
