@@ -14,6 +14,7 @@ from typing import Any
 
 import insert_tables
 import pytest
+import structure
 
 from experiments import cli
 from experiments.belt.config import TrialConfig
@@ -186,6 +187,13 @@ def test_links_lead_somewhere() -> None:
 def test_paths_that_are_named_exist() -> None:
     wrong = places({path: t for path, t in REMARKS.items() if path != HISTORY}, missing_paths)
     assert not wrong, listed(wrong)
+
+
+def test_contributing_has_a_line_for_every_folder_of_the_packages() -> None:
+    lines = re.findall(r"^\| `([\w/]+)/` \|", DOCUMENTS[ROOT / "CONTRIBUTING.md"], re.MULTILINE)
+    rooms = {structure.room(module).replace(".", "/") for module in structure.sources()} - {""}
+    folders = {room for room in rooms if (ROOT / room).is_dir()}
+    assert folders and folders <= set(lines)
 
 
 def test_tables_in_documents_are_those_of_the_results() -> None:
