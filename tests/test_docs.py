@@ -200,6 +200,26 @@ def test_tables_in_documents_are_those_of_the_results() -> None:
     assert not insert_tables.stale()
 
 
+def test_of_a_long_table_the_chosen_rows_are_shown_and_all_are_linked() -> None:
+    table = (ROOT / "results/loop/tables/success.md").read_text(encoding="utf-8").splitlines(True)
+    path, where = "results/loop/tables/success.md", "tracker = igpf; speed [m/s] = 0.10, 1.00"
+    text = f"a\n<!-- {path} where {where} -->\nold\n<!-- end -->\nb"
+    shown = insert_tables.refreshed(text, ROOT / "docs")
+    igpf = [row for row in table if row.startswith("| igpf |")]
+    rows = "".join([*table[:2], *(r for r in igpf if re.search(r"normal \| (0\.1|1\.0)0", r))])
+    assert rows.count("\n") == 4
+    assert shown == (
+        f"a\n<!-- {path} where {where} -->\n\n{rows}\n[All 10 rows](../{path})\n\n<!-- end -->\nb"
+    )
+    assert insert_tables.refreshed(shown, ROOT / "docs") == shown
+    whole = insert_tables.refreshed(f"<!-- {path} -->\nold\n<!-- end -->")
+    assert whole == f"<!-- {path} -->\n\n{''.join(table)}\n<!-- end -->"
+    with pytest.raises(ValueError, match=r"column must be one of tracker, .*; got 'trackers'"):
+        insert_tables.selected("".join(table), "trackers = igpf")
+    with pytest.raises(ValueError, match="no row has tracker = none"):
+        insert_tables.selected("".join(table), "tracker = igpf, none")
+
+
 def test_the_figures_kept_are_those_that_documents_show() -> None:
     """Git ignores all others, as `report` rebuilds them."""
     ignore = (ROOT / ".gitignore").read_text(encoding="utf-8")
