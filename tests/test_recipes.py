@@ -11,6 +11,7 @@ import inspect
 import re
 import shlex
 import shutil
+import sys
 import textwrap
 from pathlib import Path
 from types import ModuleType
@@ -18,8 +19,10 @@ from typing import Any
 
 import pytest
 
-from experiments import cli
+import experiments
+from experiments import cli, studies
 from experiments.catalogue import catalogue
+from experiments.study.run import run
 from sim.imaging.degradations import get_condition
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -117,3 +120,32 @@ def module_of(path: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+class ThisProcess:
+    """Does the work here: a new process would not find a study that stands in a test's folder."""
+
+    count = 1
+
+    def run_all(self, work, tasks):
+        yield from map(work, tasks)
+
+
+def test_add_a_study(monkeypatch, tmp_path, capsys):
+    section = recipe("Add a study")
+    path = tmp_path / "experiments" / "readings"
+    path.mkdir(parents=True)
+    (path / "__init__.py").write_text("")
+    (path / "study.py").write_text(block(section, "python"), encoding="utf-8")
+    monkeypatch.setattr(experiments, "__path__", [*experiments.__path__, str(path.parent)])
+    ((name, module),) = eval("{" + block(section, "text") + "}").items()
+    monkeypatch.setitem(studies.SUBJECTS, name, module)
+    command = importlib.import_module(module).ReadingsCommand
+    out = tmp_path / "out"
+    plan = command(seeds=5, out=out)._plan
+    run(plan.study, plan.selection, out, ThisProcess())
+    assert cli.run(["report", str(out)]) == 0
+    assert "error [m]" in capsys.readouterr().out
+    assert cli.run(["compare", f"{out}:median", f"{out}:mean"]) == 0
+    assert "median" in capsys.readouterr().out
+    sys.modules.pop(module)
