@@ -17,8 +17,8 @@ from tracker.affine.filter import ParticleFilter
 from tracker.affine.likelihood import TemplateObservation
 from tracker.affine.matching import PatchMatcher
 from tracker.affine.proposal import GaussianProposal, PriorProposal
-from tracker.belt.registry import BOX_TRACKERS
 from tracker.video.particle_box_tracker import ParticleBoxTracker
+from tracker.video.registry import BOX_TRACKERS
 
 PARTICLES = 100
 FRAMES = 300

@@ -25,9 +25,9 @@ def catalogue() -> dict[str, dict[str, str]]:
     from sim.imaging.degradations import DEGRADATIONS, NORMAL
     from tracker.belt.prediction import PREDICTORS
     from tracker.belt.registry import TRACKERS
-    from tracker.video.readings import READINGS
+    from tracker.video.variants import VARIANTS
 
-    videos = {name: entry for name, entry in VIDEO_TRACKERS.items() if name not in READINGS}
+    videos = {name: entry for name, entry in VIDEO_TRACKERS.items() if name not in VARIANTS}
     return {
         "trackers": _descriptions(TRACKERS),
         "control arms": _descriptions(CONTROL_ARMS),
@@ -46,7 +46,7 @@ def catalogue() -> dict[str, dict[str, str]]:
         "predictors": _descriptions(PREDICTORS),
         "presets": _descriptions(PRESETS),
         "video trackers": _descriptions(videos),
-        "readings, for video": _descriptions(READINGS),
+        "variants, for video": _descriptions(VARIANTS),
         "protocols": _descriptions(PROTOCOLS),
         "controllers, for bearing-only": _descriptions(CONTROLLERS),
     }

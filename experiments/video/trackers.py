@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.catalogue import require_known
-from tracker.belt.registry import BOX_TRACKERS
 from tracker.box_tracker import BoxTracker
 from tracker.peers.baselines import BASELINES, Baseline
 from tracker.peers.outside import get_box_finder, is_outside, source_of
 from tracker.video.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker
-from tracker.video.readings import READINGS
+from tracker.video.registry import BOX_TRACKERS
+from tracker.video.variants import VARIANTS
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def get_video_tracker(name: str) -> VideoTracker:
 VIDEO_TRACKERS: dict[str, VideoTracker] = {
     **{name: _particle_filter(config) for name, config in BOX_TRACKERS.items()},
     **{name: _peer(baseline) for name, baseline in BASELINES.items()},
-    **{name: _particle_filter(config) for name, config in READINGS.items()},
+    **{name: _particle_filter(config) for name, config in VARIANTS.items()},
 }
 """The first three are the paper's comparison, identical but for the filter; then come igpf with all
 that helped, the trackers that people would pick instead, and other readings of the paper."""

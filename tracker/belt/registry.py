@@ -1,4 +1,4 @@
-"""The trackers by name: one configuration type, rows that differ only where the methods do."""
+"""The trackers of the belt by name; the rows differ only where the methods do."""
 
 from __future__ import annotations
 
@@ -6,16 +6,12 @@ from dataclasses import dataclass, field, replace
 
 from tracker.affine.filter import FilterConfig
 from tracker.affine.likelihood import LikelihoodConfig
+from tracker.affine.methods import METHODS
 from tracker.belt.backproject import BackprojectConfig
 from tracker.belt.detection import DetectionConfig
 from tracker.belt.template_tracker import StatusConfig
 from tracker.peers.baselines import BASELINES
 from tracker.peers.outside import get_box_finder, is_outside
-from tracker.video.appearance import AppearanceConfig
-from tracker.video.guide import GuideConfig
-from tracker.video.particle_box_tracker import VIDEO_FILTER, VIDEO_LIKELIHOOD, BoxTrackerConfig
-from tracker.video.redetection import RedetectionConfig
-from tracker.video.refinement import RefinementConfig
 
 
 @dataclass(frozen=True)
@@ -51,57 +47,15 @@ class TrackerConfig:
 
 
 TRACKERS: dict[str, TrackerConfig] = {
-    "igpf": TrackerConfig(
-        description="particles on Aff(2), Gaussian proposal, improved Gaussian resampling",
-        filter=FilterConfig(
-            state_space="group", proposal="gaussian", resampling="improved-gaussian"
-        ),
-    ),
-    "gpf": TrackerConfig(
-        description="particles on Aff(2), Gaussian proposal, residual resampling",
-        filter=FilterConfig(state_space="group", proposal="gaussian", resampling="residual"),
-    ),
-    "pf": TrackerConfig(
-        description="vector of affine parameters, transition prior, systematic resampling",
-        filter=FilterConfig(state_space="vector", proposal="prior", resampling="systematic"),
-    ),
+    **{
+        name: TrackerConfig(method.description, filter=method.applied_to(FilterConfig()))
+        for name, method in METHODS.items()
+    },
     "static": TrackerConfig(
         description="control: holds the first detection and never moves", is_static=True
     ),
 }
-
-
-BOX_TRACKERS: dict[str, BoxTrackerConfig] = {
-    "igpf": BoxTrackerConfig(
-        description="particles on Aff(2), Gaussian proposal, improved Gaussian resampling",
-        filter=replace(VIDEO_FILTER, resampling="improved-gaussian"),
-    ),
-    "gpf": BoxTrackerConfig(
-        description="particles on Aff(2), Gaussian proposal, residual resampling",
-        filter=replace(VIDEO_FILTER, resampling="residual"),
-    ),
-    "pf": BoxTrackerConfig(
-        description="vector of affine parameters, transition prior, systematic resampling",
-        filter=replace(
-            VIDEO_FILTER, state_space="vector", proposal="prior", resampling="systematic"
-        ),
-    ),
-    "igpf-best": BoxTrackerConfig(
-        description="igpf with all that helped: guide, anchored template, re-detection, refinement",
-        filter=replace(
-            VIDEO_FILTER,
-            resampling="improved-gaussian",
-            noise_per_root_s=(0.015, 0.003, 0.06, 0.003, 0.08, 0.08),
-        ),
-        likelihood=replace(VIDEO_LIKELIHOOD, is_local_noise=True),
-        guide=GuideConfig(),
-        appearance=AppearanceConfig(blurs=(0.06,), anchor=0.6),
-        redetection=RedetectionConfig(),
-        refinement=RefinementConfig(),
-    ),
-}
-"""For videos, where size and motion are unknown. The first three are the comparison of [IGPF2021]
-to the letter of its Algorithm 1, identical but for the filter."""
+"""The methods of [IGPF2021] with what is known on the belt, and the control arm."""
 
 PEERS: dict[str, TrackerConfig] = {
     name: TrackerConfig(description=baseline.description, baseline=name)

@@ -7,11 +7,11 @@ import videos
 
 from tracker.affine import aff2
 from tracker.base import Status
-from tracker.belt.registry import BOX_TRACKERS
 from tracker.box_tracker import box_of_warp, warp_of_box
 from tracker.video.appearance import AppearanceConfig
 from tracker.video.particle_box_tracker import ParticleBoxTracker
 from tracker.video.redetection import RedetectionConfig
+from tracker.video.registry import BOX_TRACKERS
 
 BOX = np.array([60.0, 50.0, *videos.SIZE_PX])
 

@@ -1,4 +1,4 @@
-"""Other readings of the paper, and single parts more than it has: one change from a row each.
+"""Variants of the rows of BOX_TRACKERS: other readings of the paper, or one part more than it has.
 
 The displayed equations of [IGPF2021] section 3.1 are lost in the text at hand, and it is silent on
 other things. `docs/method.md` compares what these rows measure.
@@ -9,14 +9,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, cast
 
-from tracker.belt.registry import BOX_TRACKERS
+from tracker.affine.methods import METHODS
 from tracker.video.particle_box_tracker import BoxTrackerConfig
 from tracker.video.redetection import RedetectionConfig
 from tracker.video.refinement import RefinementConfig
+from tracker.video.registry import BOX_TRACKERS
 from tracker.video.subspace import SubspaceConfig
 
 
-def _reading(name: str, description: str, **changes: Any) -> BoxTrackerConfig:
+def _variant(name: str, description: str, **changes: Any) -> BoxTrackerConfig:
     return _changed(BOX_TRACKERS[name], {"description": description, **changes})
 
 
@@ -30,7 +31,7 @@ def _changed(config: Any, changes: dict[str, Any]) -> Any:
 
 
 def _combination(description: str, **changes: Any) -> BoxTrackerConfig:
-    return _reading("igpf", description, filter={"combination": changes})
+    return _variant("igpf", description, filter={"combination": changes})
 
 
 _PARTS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -52,7 +53,9 @@ _PARTS: dict[str, tuple[str, dict[str, Any]]] = {
 }
 """Parts that the paper does not have; each runs with either filter."""
 
-READINGS: dict[str, BoxTrackerConfig] = {
+_BEST = BOX_TRACKERS["igpf-best"]
+
+VARIANTS: dict[str, BoxTrackerConfig] = {
     "igpf-away": _combination("Eq 24: away from the low particle", direction="away-from-low"),
     "igpf-from-low": _combination("Eq 24: from the low particle", direction="from-low"),
     "igpf-k1": _combination("Eq 24: K = 1, not 0.5", step_gain=1.0),
@@ -67,19 +70,19 @@ READINGS: dict[str, BoxTrackerConfig] = {
         "copies spread with the variance of the last estimate, without process noise",
         spread="estimate",
     ),
-    "igpf-early": _reading(
+    "igpf-early": _variant(
         "igpf", "estimate before resampling", filter={"is_estimate_late": False}
     ),
-    "gpf-best": _reading(
-        "igpf-best", "igpf-best with the filter of gpf", filter={"resampling": "residual"}
-    ),
-    "pf-best": _reading(
-        "igpf-best",
-        "igpf-best with the filter of pf",
-        filter={"state_space": "vector", "proposal": "prior", "resampling": "systematic"},
-    ),
     **{
-        f"{name}-{part}": _reading(name, description, **changes)
+        f"{name}-best": replace(
+            _BEST,
+            description=f"igpf-best with the filter of {name}",
+            filter=METHODS[name].applied_to(_BEST.filter),
+        )
+        for name in ("gpf", "pf")
+    },
+    **{
+        f"{name}-{part}": _variant(name, description, **changes)
         for part, (description, changes) in _PARTS.items()
         for name in ("igpf", "gpf")
     },
