@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
 from experiments.belt.config import TrialConfig
 from experiments.belt.presets import PRESETS
+from tracker.checks import require_known
 
 
 @cache
@@ -88,12 +88,3 @@ def check_worlds(configs: Iterable[TrialConfig]) -> None:
     for config in configs:
         check_names(config)
     gl_renderer()
-
-
-def require_known(field: str, value: str, valid: Mapping[str, Any] | list[str]) -> None:
-    """Raises ValueError that lists the valid names and suggests the nearest."""
-    if value in valid:
-        return
-    near = difflib.get_close_matches(value, list(valid), n=1)
-    suggestion = f"; did you mean {near[0]!r}?" if near else ""
-    raise ValueError(f"{field} must be one of {', '.join(valid)}; got {value!r}{suggestion}")

@@ -45,7 +45,7 @@ TRUTH_MODULES = {
     "experiments.belt.cell",
 }
 BLIND_MODULES = ("sim.arm.servo", "sim.arm.grasp")
-TRACKER_VOCABULARY = {"tracker.base"}  # types that say how a track stands; nothing to tell truth to
+TRACKER_VOCABULARY = {"tracker.base", "tracker.checks"}  # no part of a tracker to tell truth to
 TRUTH_MEETS_TRACKER = {
     f"experiments.{name}"
     for name in (

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Collection
 
 
 def require_positive(config: object, *names: str) -> None:
@@ -30,8 +31,18 @@ def require_count(config: object, *names: str, least: int = 1) -> None:
             raise ValueError(f"{name} must be {least} or greater, got {value}")
 
 
-def require_choice(config: object, name: str, choices: Sequence[str]) -> None:
+def require_choice(config: object, name: str, choices: Collection[str]) -> None:
     """ValueError for a field of `config` that is none of `choices`."""
-    value = getattr(config, name)
-    if value not in choices:
-        raise ValueError(f"{name} must be one of {', '.join(choices)}; got {value!r}")
+    require_known(name, getattr(config, name), choices)
+
+
+def require_known(kind: str, value: str, valid: Collection[str]) -> None:
+    """ValueError for a `value` that is not in `valid`; it lists these and suggests the nearest.
+
+    `kind` says in the message what the value names: a tracker, a predictor, a field of settings.
+    """
+    if value in valid:
+        return
+    near = difflib.get_close_matches(str(value), valid, n=1)
+    suggestion = f"; did you mean {near[0]!r}?" if near else ""
+    raise ValueError(f"{kind} must be one of {', '.join(valid)}; got {value!r}{suggestion}")

@@ -16,12 +16,12 @@ from experiments.apple.observer import MASKS, sighting, visible_share
 from experiments.apple.photographs import ArmPhotographer, Photograph
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import CLASSES, World, WorldId, draw_world
-from experiments.catalogue import require_known
 from experiments.study.rows import JobOutcome
 from experiments.study.study import Result
 from sim.apple.world import intrinsics
 from tracker.apple.attitude import axis_error_deg
 from tracker.apple.view import Sighting
+from tracker.checks import require_known
 
 NO_ESTIMATE_DEG = 90.0
 """Counts as the error where a method has nothing to tell: the worst there is."""

@@ -12,10 +12,10 @@ from experiments.apple.estimates import FILTERS, EstimateJob, EstimateRow, estim
 from experiments.apple.published import TABLES, published_table
 from experiments.apple.replay import ReplayJob, ReplayRow
 from experiments.apple.worlds import WorldId
-from experiments.catalogue import require_known
 from experiments.study.study import Result, Score, Selection, Study
 from tracker.apple.attitude import axis_error_deg, unit
 from tracker.apple.filters import PointFilterConfig
+from tracker.checks import require_known
 
 FAR_OFF_DEG = 10.0
 """An approach that ends with a larger error of its best method is a failure."""

@@ -15,6 +15,7 @@ from experiments.seeding import Stream, generator
 from sim.apple.fruit import Fruit, PlacedFruit
 from sim.apple.leaves import leaves_behind, leaves_in_front
 from sim.apple.world import Light, Orchard, OrchardConfig, look_at
+from tracker.checks import require_known
 
 CLASSES = {
     "visible": "calyx towards the camera: the axis 15 to 50 degrees from the approach",
@@ -39,8 +40,6 @@ class WorldId:
     seed: int
 
     def __post_init__(self) -> None:
-        from experiments.catalogue import require_known
-
         require_known("class", self.fruit_class, CLASSES)
         if not 0.5 <= self.aspect < 1.0:
             raise ValueError(f"aspect must be from 0.5 to below 1, got {self.aspect!r}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from experiments.catalogue import require_known
 from tracker.bearing_only.control import Manoeuvre
 from tracker.bearing_only.pilot import TargetModel
+from tracker.checks import require_known
 
 PoseKind: TypeAlias = Literal["slam", "dead-reckoning", "known", "fused"]
 """Monocular SLAM, the sum of the odometry, the truth with the study's error (an oracle), or the

@@ -11,8 +11,8 @@ from experiments.bearing_only.config import FlightResult, FlightRun, FlightTimin
 from experiments.bearing_only.controllers import CONTROLLERS, ORACLES, get_controller
 from experiments.bearing_only.studies import STUDIES
 from experiments.bearing_only.traces import CURVE_HEADER, CURVES
-from experiments.catalogue import require_known
 from experiments.study.study import Score, Selection, Study
+from tracker.checks import require_known
 
 SUBJECT = "bearing-only"
 

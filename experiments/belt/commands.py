@@ -72,7 +72,8 @@ class Sweep(StudyCommand):
         """The preset's cells and seeds, or those that the flags leave of them."""
         from experiments.belt.presets import PRESETS
         from experiments.belt.study import SUBJECT, get_study, selection_of
-        from experiments.catalogue import check_names, require_known
+        from experiments.catalogue import check_names
+        from tracker.checks import require_known
 
         require_known("preset", self.preset, PRESETS)
         preset = PRESETS[self.preset]

@@ -66,10 +66,10 @@ class Run(StudyCommand):
 
     def plan(self) -> Plan:
         """The trackers on the sequences that can be used; a complaint about each other one."""
-        from experiments.catalogue import require_known
         from experiments.video.protocols import PROTOCOLS
         from experiments.video.selection import read_list, usable_sequences
         from experiments.video.study import get_study
+        from tracker.checks import require_known
 
         protocols = [*split_names(self.protocol)]
         for name in protocols:

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.catalogue import require_known
 from experiments.study.rows import csv_line
 from experiments.study.study import Score, Selection, Study
 from experiments.video.job import AFFINE, AFFINE_COLUMNS, HITS, KEY, VideoJob, VideoRow
@@ -14,6 +13,7 @@ from experiments.video.protocols import PROTOCOLS
 from experiments.video.rendered import RenderJob, RenderRow
 from experiments.video.scores import HIT_COLUMNS
 from experiments.video.trackers import VIDEO_TRACKERS, get_video_tracker
+from tracker.checks import require_known
 
 LOW_OVERLAP = 0.5
 """A tracker that scores less on a sequence has failed there."""

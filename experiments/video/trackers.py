@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.catalogue import require_known
 from tracker.box_tracker import BoxTracker
+from tracker.checks import require_known
 from tracker.peers.baselines import BASELINES, Baseline
 from tracker.peers.outside import get_box_finder, is_outside, source_of
 from tracker.video.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker.belt.backproject import TargetPose
-from tracker.checks import require_count, require_positive
+from tracker.checks import require_count, require_known, require_positive
 
 _FULL_TURN = 2.0 * math.pi
 _MIN_STEP_S = 1e-6
@@ -272,8 +272,7 @@ PREDICTORS: dict[str, PredictorConfig] = {
 
 def make_predictor(name: str) -> Predictor:
     """A new predictor of the named kind; ValueError that lists the valid names."""
-    if name not in PREDICTORS:
-        raise ValueError(f"predictor must be one of {', '.join(PREDICTORS)}; got {name!r}")
+    require_known("predictor", name, PREDICTORS)
     config = PREDICTORS[name]
     return config.make(config)
 

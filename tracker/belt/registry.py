@@ -10,6 +10,7 @@ from tracker.affine.methods import METHODS
 from tracker.belt.backproject import BackprojectConfig
 from tracker.belt.detection import DetectionConfig
 from tracker.belt.template_tracker import StatusConfig
+from tracker.checks import require_known, require_positive
 from tracker.peers.baselines import BASELINES
 from tracker.peers.outside import get_box_finder, is_outside
 
@@ -38,8 +39,7 @@ class TrackerConfig:
     """Two detections that would need more than this are not the same target."""
 
     def __post_init__(self) -> None:
-        if not self.max_speed_mps > 0:
-            raise ValueError(f"max_speed_mps must be a positive number, got {self.max_speed_mps!r}")
+        require_positive(self, "max_speed_mps")
 
     def with_particle_count(self, particle_count: int) -> TrackerConfig:
         """The same tracker with another number of particles."""
@@ -67,11 +67,10 @@ PEERS: dict[str, TrackerConfig] = {
 def get_tracker_config(name: str) -> TrackerConfig:
     """The named configuration, a peer's or that of a tracker from outside among them.
 
-    Raises ValueError that lists the valid names.
+    Raises ValueError that lists the valid names and suggests the nearest.
     """
     if is_outside(name):
         return TrackerConfig(description=get_box_finder(name).description, baseline=name)
     rows = TRACKERS | PEERS
-    if name not in rows:
-        raise ValueError(f"tracker must be one of {', '.join(rows)}; got {name!r}")
+    require_known("tracker", name, rows)
     return rows[name]

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from tracker.box_tracker import BoxEstimate
+from tracker.checks import require_known
 from tracker.peers.baselines import BASELINES, Baseline
 
 
@@ -35,8 +36,7 @@ def get_box_finder(name: str) -> Baseline:
     as a place for modules, as it does for `python -m`.
     """
     if not is_outside(name):
-        if name not in BASELINES:
-            raise ValueError(f"tracker must be one of {', '.join(BASELINES)}; got {name!r}")
+        require_known("tracker", name, BASELINES)
         return BASELINES[name]
     found = _load(name)
     return Baseline(f"{name}, from outside", lambda rng: _OutsideFinder(found(rng)), is_random=True)
