@@ -63,4 +63,4 @@ def test_detection(benchmark, scenes, image, view, template):
 
 
 def test_rectification(benchmark, image, view):
-    benchmark(view.rectify, *image)
+    benchmark(view.rectify, ArrayImage(*image))

@@ -82,7 +82,7 @@ def test_step(benchmark, monkeypatch, video, name):
     watch.spend(TemplateObservation, "linearise")
     watch.spend(GaussianProposal if name != "pf" else PriorProposal, "draw")
     watch.spend(ParticleFilter, "_weigh")
-    watch.spend(ParticleFilter, "_resampled")
+    watch.spend(ParticleFilter, "_resample")
     watch.spend(particle_filter, "moments")
     watch.count(PatchMatcher, "fit")
     watch.count(PatchMatcher, "linearise")

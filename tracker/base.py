@@ -1,10 +1,9 @@
-"""What every image tracker takes and gives: the `Tracker` protocol and `WarpEstimate`."""
+"""What every tracker of warps reports of an image: an estimate and a status."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -20,18 +19,6 @@ class Status(StrEnum):
     """The estimate coasts: hidden target, poor match or unusable image."""
     LOST = "lost"
     """The target is no longer where the estimate says."""
-
-
-@dataclass(frozen=True, eq=False)
-class ResamplingTrace:
-    """What a resampling started from; what it left are the estimate's particles."""
-
-    warps: np.ndarray
-    """(n, 3, 3) before it."""
-    weights: np.ndarray
-    """(n,) of these, with sum one."""
-    parents: np.ndarray
-    """(n,) which of these each particle afterwards comes from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,30 +40,9 @@ class WarpEstimate:
     status: Status
     particles: np.ndarray = field(default_factory=lambda: np.empty((0, 3, 3)))
     """(n, 3, 3) warps after resampling; may be empty."""
-    resampling: ResamplingTrace | None = None
-    """None where nothing was resampled."""
 
     def __post_init__(self) -> None:
         for name in ("warp", "covariance", "particles"):
             array = np.array(getattr(self, name), float)
             array.setflags(write=False)
             object.__setattr__(self, name, array)
-
-
-@runtime_checkable
-class Tracker(Protocol):
-    """Follows one template through a sequence of grey images."""
-
-    def start(self, warp: np.ndarray, time_s: float) -> None:
-        """Takes `warp` (3, 3), template -> image [px], as the truth at `time_s`."""
-        ...
-
-    def update(
-        self, image: np.ndarray, time_s: float, visibility: np.ndarray | None = None
-    ) -> WarpEstimate:
-        """Estimates the warp in `image` (h, w) at `time_s`.
-
-        `visibility` (h, w) is 1 where a pixel may show the target and 0 where it cannot; None
-        means everywhere.
-        """
-        ...

@@ -14,6 +14,7 @@ import numpy as np
 from experiments.video.affine_truth import AffineTruth
 from experiments.video.job import AffineRow
 from tracker.affine import aff2
+from tracker.affine.resampling import Particles
 from tracker.base import WarpEstimate
 from tracker.box_tracker import BoxEstimate
 
@@ -29,12 +30,17 @@ class AffineReferee:
         self._start_box = box
         self._in_template = aff2.inverse(truth.warps[first]) @ self._start
         self._corners = np.vstack([truth.corners[first].T, np.ones(4)])
+        self._resampling: tuple[Particles, Particles] | None = None
+
+    def note_resampling(self, before: Particles, after: Particles) -> None:
+        """Takes what a resampling made of the particles; it counts for the next row."""
+        self._resampling = before, after
 
     def row(self, index: int, estimate: BoxEstimate) -> AffineRow:
         """The errors on the frame of that index."""
         true = self._truth.warps[index] @ self._in_template
         warp = estimate.affine
-        trace = None if warp is None else warp.resampling
+        resampling, self._resampling = self._resampling, None
         moved = self._motion(estimate) @ self._corners
         distances = np.linalg.norm(moved[:2].T - self._truth.corners[index], axis=1)
         shape = None if warp is None else aff2.polar(aff2.inverse(true) @ warp.warp)[:4]
@@ -49,8 +55,10 @@ class AffineReferee:
             shear_error=shear,
             nees=None if warp is None else nees(warp, true),
             ess=None if warp is None else warp.ess,
-            ancestor_count=None if trace is None else len(np.unique(trace.parents)),
-            resampling_distance=None if warp is None else resampling_distance(warp),
+            ancestor_count=None if resampling is None else len(np.unique(resampling[1].parents)),
+            resampling_distance=None
+            if warp is None or resampling is None
+            else resampling_distance(warp.warp, *resampling),
             visible=float(self._truth.visible[index]),
         )
 
@@ -81,31 +89,26 @@ def _box_warp(box: np.ndarray, unit_x: float, unit_y: float) -> np.ndarray:
     return np.array([[unit_x, 0, x + (w - 1) / 2], [0, unit_y, y + (h - 1) / 2], [0, 0, 1.0]])
 
 
-def resampling_distance(estimate: WarpEstimate) -> float | None:
-    """How much resampling changed the distribution; None where nothing was resampled.
+def resampling_distance(centre: np.ndarray, before: Particles, after: Particles) -> float | None:
+    """How much resampling changed the distribution; None where no warp is near `centre` (3, 3).
 
     Root of the energy distance [Szekely2013] between the weighted particles before and the equally
     weighted ones after, each tangent direction in deviations of those before.
     """
-    trace = estimate.resampling
-    if trace is None:
-        return None
-    before = aff2.difference(estimate.warp, trace.warps)
-    after = aff2.difference(estimate.warp, estimate.particles)
-    is_known = np.isfinite(before).all(axis=1)
-    weights = np.where(is_known, trace.weights, 0.0)
-    before, after = np.nan_to_num(before), after[np.isfinite(after).all(axis=1)]
-    if not (weights.sum() > 0 and len(after)):
+    old, new = aff2.difference(centre, before.warps), aff2.difference(centre, after.warps)
+    weights = np.where(np.isfinite(old).all(axis=1), before.weights, 0.0)
+    old, new = np.nan_to_num(old), new[np.isfinite(new).all(axis=1)]
+    if not (weights.sum() > 0 and len(new)):
         return None
     weights = weights / weights.sum()
-    deviation = np.sqrt(weights @ (before - weights @ before) ** 2)
+    deviation = np.sqrt(weights @ (old - weights @ old) ** 2)
     scale = np.where(deviation > 0, deviation, 1.0)
-    before, after = before / scale, after / scale
-    even = np.full(len(after), 1.0 / len(after))
+    old, new = old / scale, new / scale
+    even = np.full(len(new), 1.0 / len(new))
     squared = (
-        2.0 * weights @ _distances(before, after) @ even
-        - weights @ _distances(before, before) @ weights
-        - even @ _distances(after, after) @ even
+        2.0 * weights @ _distances(old, new) @ even
+        - weights @ _distances(old, old) @ weights
+        - even @ _distances(new, new) @ even
     )
     return math.sqrt(max(squared, 0.0))
 

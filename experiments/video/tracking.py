@@ -24,6 +24,7 @@ from experiments.video.scores import sequence_curves
 from experiments.video.sequences import VideoSequence, find_sequences, load_sequence
 from experiments.video.trackers import get_video_tracker
 from tracker.box_tracker import BoxEstimate, BoxTracker
+from tracker.video.particle_box_tracker import ParticleBoxTracker
 
 BOXES_HEADER = "run,frame,x,y,w,h\n"
 _ONE = np.array([1.0, 1.0, 0.0, 0.0])
@@ -107,8 +108,11 @@ class Pass:
         place = f"{job.protocol}/{sequence.name}/{run.name}"
         rng = seeding.generator(job.seed, seeding.Stream.VIDEO, place)
         truth, box = sequence.affine, run.box - _ONE
+        tracker = get_video_tracker(job.tracker).make(rng)
         referee = None if truth is None else AffineReferee(truth, run.name, run.first, box)
-        return cls(run, get_video_tracker(job.tracker).make(rng), referee)
+        if referee is not None and isinstance(tracker, ParticleBoxTracker):
+            tracker.collect_resamplings(referee.note_resampling)
+        return cls(run, tracker, referee)
 
     def start(self, image: np.ndarray, sequence: VideoSequence, tracker: str) -> None:
         """Gives the tracker its box; SequenceError where it sees nothing to track there."""

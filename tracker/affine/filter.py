@@ -1,23 +1,25 @@
 """The particle filter: PF, GPF and IGPF are this one loop with exchangeable parts.
 
-Source: [IGPF2021] Algorithm 1. A particle is the pair (X_k, X_{k-1}), from which the
-autoregressive velocity of Eq (9) follows; here in seconds, so that a dropped image does no harm.
+`ParticleFilter.step` is [IGPF2021] Algorithm 1, one verb a line. A particle is the pair
+(X_k, X_{k-1}), from which the autoregressive velocity of Eq (9) follows; here in seconds, so that a
+dropped image does no harm.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from tracker.affine import aff2
 from tracker.affine.likelihood import Observation
-from tracker.affine.proposal import GaussianProposal, PriorProposal, Proposal
+from tracker.affine.proposal import Draw, GaussianProposal, PriorProposal, Proposal
 from tracker.affine.resampling import RESAMPLERS, CombinationConfig, Particles, ResamplingContext
 from tracker.affine.state_space import STATE_SPACES, moments
-from tracker.base import ResamplingTrace
+from tracker.base import Status, WarpEstimate
 from tracker.checks import require_choice, require_count, require_share
 
 
@@ -82,11 +84,39 @@ class FilterEstimate:
     covariance: np.ndarray
     """(6, 6) weighted covariance in the tangent space at `warp`."""
     ess: float
-    """Effective sample size."""
+    """Effective sample size of the weighted particles."""
     log_evidence: float
     """Log of the mean unnormalised weight; -inf when no particle explains the image."""
-    resampling: ResamplingTrace | None = None
-    """None where nothing was resampled."""
+    particles: np.ndarray
+    """(n, 3, 3) warps after resampling."""
+
+    def judged(self, ncc: float, visible_fraction: float, status: Status) -> WarpEstimate:
+        """Returns the estimate with what the image says of it."""
+        return WarpEstimate(
+            warp=self.warp,
+            covariance=self.covariance,
+            ess=self.ess,
+            log_likelihood=self.log_evidence,
+            ncc=ncc,
+            visible_fraction=visible_fraction,
+            status=status,
+            particles=self.particles,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class FilterState:
+    """What a filter carries from one image to the next."""
+
+    particles: Particles
+    step_s: float
+    """Time between the two warps of each particle."""
+    covariance: np.ndarray
+    """(6, 6) of the last estimate."""
+
+
+Collector: TypeAlias = Callable[[Particles, Particles], None]
+"""Receives the particles before and after a resampling."""
 
 
 class ParticleFilter:
@@ -104,18 +134,21 @@ class ParticleFilter:
         self._det_range = det_range
         self._space = STATE_SPACES[config.state_space]
         self._proposal = config.build_proposal()
-        self._resample = RESAMPLERS[config.resampling]
         self._variance_rate = np.square(config.noise_per_root_s)
-        self._particles: Particles | None = None
-        self._step_s = 1.0
-        self._covariance = np.zeros((6, 6))
+        self._state: FilterState | None = None
+        self.collector: Collector | None = None
+        """Called at each resampling; None where nobody asks."""
 
     @property
     def particles(self) -> Particles:
         """The present particles; ValueError before `start`."""
-        if self._particles is None:
+        return self._present.particles
+
+    @property
+    def _present(self) -> FilterState:
+        if self._state is None:
             raise ValueError("the filter holds no particles before start()")
-        return self._particles
+        return self._state
 
     def start(
         self, warp: np.ndarray, previous_warp: np.ndarray | None = None, step_s: float = 1.0
@@ -127,110 +160,115 @@ class ParticleFilter:
         """
         n = self._config.particle_count
         previous_warp = warp if previous_warp is None else previous_warp
-        self._particles = Particles(
+        particles = Particles(
             warps=np.tile(warp, (n, 1, 1)).astype(float),
             previous=np.tile(previous_warp, (n, 1, 1)).astype(float),
             log_weights=np.full(n, -math.log(n)),
             log_likelihoods=np.zeros(n),
         )
-        self._step_s = step_s
-        self._covariance = np.zeros((6, 6))
+        self._state = FilterState(particles, step_s, np.zeros((6, 6)))
 
     def step(
         self,
-        observation: Observation,
+        observation: Observation | None,
         step_s: float,
         detections_px: np.ndarray | None = None,
     ) -> FilterEstimate:
-        """Moves, weighs, estimates and resamples.
+        """Moves the particles to the next image and returns their moments. [IGPF2021] Algorithm 1.
 
         Args:
-            observation: the image.
+            observation: the image; None where it cannot be used, and the particles only move.
             step_s: time since the last image.
             detections_px: (m, 2) places from which m particles start, whatever their own
                 prediction: the detector's part of the transition in [Okuma2004].
         """
         predicted = self.predict(step_s)
-        if detections_px is not None:
-            jumping = self._rng.permutation(len(predicted))[: len(detections_px)]
-            predicted[jumping, :2, 2] = detections_px
-        variances = self._variance_rate * step_s
-        draw = self._proposal.draw(predicted, variances, observation, self._space, self._rng)
-        particles, log_evidence = self._weigh(draw.warps, draw.log_ratio, observation)
-        resampled = self._resampled(particles, observation, variances)
-        basis = resampled if self._config.is_estimate_late else particles
-        warp, covariance = moments(self._space, basis.warps, basis.weights)
-        self._particles = resampled
-        self._step_s = step_s
-        self._covariance = covariance
-        trace = None
-        if resampled.parents is not None:
-            trace = ResamplingTrace(particles.warps, particles.weights, resampled.parents)
-        return FilterEstimate(warp, covariance, particles.ess, log_evidence, trace)
-
-    def coast(self, step_s: float) -> FilterEstimate:
-        """Moves the particles through an image that cannot be used."""
-        predicted = self.predict(step_s)
-        e = self._rng.standard_normal((len(predicted), 6))
-        e *= np.sqrt(self._variance_rate * step_s)
-        particles = Particles(
-            warps=self._space.perturb(predicted, e),
-            previous=self.particles.warps,
-            log_weights=self.particles.log_weights,
-            log_likelihoods=self.particles.log_likelihoods,
-        )
-        warp, covariance = moments(self._space, particles.warps, particles.weights)
-        self._particles = particles
-        self._step_s = step_s
-        self._covariance = covariance
-        return FilterEstimate(warp, covariance, particles.ess, -math.inf)
+        predicted = self._jump(predicted, detections_px)
+        drawn = self._draw(predicted, observation, step_s)
+        weighted, log_evidence = self._weigh(drawn, observation)
+        resampled = self._resample(weighted, observation, step_s)
+        warp, covariance = self._estimate(weighted, resampled)
+        self._state = FilterState(resampled, step_s, covariance)
+        return FilterEstimate(warp, covariance, weighted.ess, log_evidence, resampled.warps)
 
     def predict(self, step_s: float) -> np.ndarray:
         """(n, 3, 3) warps moved by their own velocity. [IGPF2021] Eqs (8), (9)."""
         now = self.particles
-        share = self._config.autoregression * step_s / self._step_s
+        share = self._config.autoregression * step_s / self._present.step_s
         moved = self._space.advance(now.previous, now.warps, share)
-        is_good = self._is_good(moved)
-        if is_good.all():
-            return moved
-        heaviest = int(np.argmax(np.where(is_good, now.log_weights, -np.inf)))
-        moved[~is_good] = moved[heaviest] if is_good.any() else now.warps[heaviest]
-        return moved
+        is_valid = self._is_valid(moved)
+        heaviest = int(np.argmax(np.where(is_valid, now.log_weights, -np.inf)))
+        stand_in = moved[heaviest] if is_valid[heaviest] else now.warps[heaviest]
+        return _replaced(moved, is_valid, stand_in)
 
-    def _weigh(
-        self, warps: np.ndarray, log_ratio: np.ndarray, observation: Observation
-    ) -> tuple[Particles, float]:
+    def _jump(self, predicted: np.ndarray, detections_px: np.ndarray | None) -> np.ndarray:
+        """Moves randomly chosen particles to the detections, one to each."""
+        if detections_px is not None:
+            jumping = self._rng.permutation(len(predicted))[: len(detections_px)]
+            predicted[jumping, :2, 2] = detections_px
+        return predicted
+
+    def _draw(self, predicted: np.ndarray, observation: Observation | None, step_s: float) -> Draw:
+        """Draws from the importance function; from the prior without an image. Eqs (18)-(23)."""
+        variances = self._variance_rate * step_s
+        if observation is None:
+            return PriorProposal().draw(predicted, variances, None, self._space, self._rng)
+        return self._proposal.draw(predicted, variances, observation, self._space, self._rng)
+
+    def _weigh(self, drawn: Draw, observation: Observation | None) -> tuple[Particles, float]:
         """Particles with normalised weights, and the log evidence. [IGPF2021] Eq (11)."""
-        is_good = self._is_good(warps)
-        stand_in = self.particles.warps[0]
-        if not is_good.all():
-            warps = np.where(is_good[:, None, None], warps, stand_in)
+        now = self.particles
+        if observation is None:
+            particles = Particles(drawn.warps, now.warps, now.log_weights, now.log_likelihoods)
+            return particles, -math.inf
+        is_valid = self._is_valid(drawn.warps)
+        warps = _replaced(drawn.warps, is_valid, now.warps[0])
         log_likelihoods = observation.log_likelihood(warps)
-        log_weights = self.particles.log_weights + log_likelihoods + log_ratio
-        log_weights = np.where(is_good & np.isfinite(log_weights), log_weights, -np.inf)
-        peak = log_weights.max()
-        if not np.isfinite(peak):
-            log_evidence = -math.inf
-            log_weights = np.full(len(warps), -math.log(len(warps)))
-        else:
-            log_evidence = float(peak + np.log(np.exp(log_weights - peak).sum()))
-            log_weights = log_weights - log_evidence
-        return Particles(warps, self.particles.warps, log_weights, log_likelihoods), log_evidence
+        log_weights = now.log_weights + log_likelihoods + drawn.log_ratio
+        log_weights = np.where(is_valid & np.isfinite(log_weights), log_weights, -np.inf)
+        log_weights, log_evidence = _normalised(log_weights)
+        return Particles(warps, now.warps, log_weights, log_likelihoods), log_evidence
 
-    def _resampled(
-        self, particles: Particles, observation: Observation, variances: np.ndarray
+    def _resample(
+        self, weighted: Particles, observation: Observation | None, step_s: float
     ) -> Particles:
-        threshold = self._config.resampling_threshold * particles.count
-        if particles.ess > threshold:
-            return particles
+        """Equally weighted particles, where the effective sample size asks for them."""
+        threshold = self._config.resampling_threshold * weighted.count
+        if observation is None or weighted.ess > threshold:
+            return weighted
         context = ResamplingContext(
             space=self._space,
             observation=observation,
-            covariance=self._covariance,
-            variances=variances,
+            covariance=self._present.covariance,
+            variances=self._variance_rate * step_s,
             combination=self._config.combination,
         )
-        return self._resample(particles, context, self._rng)
+        resampled = RESAMPLERS[self._config.resampling](weighted, context, self._rng)
+        if self.collector is not None:
+            self.collector(weighted, resampled)
+        return resampled
 
-    def _is_good(self, warps: np.ndarray) -> np.ndarray:
+    def _estimate(self, weighted: Particles, resampled: Particles) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (3, 3) and covariance (6, 6) of the particles."""
+        basis = resampled if self._config.is_estimate_late else weighted
+        return moments(self._space, basis.warps, basis.weights)
+
+    def _is_valid(self, warps: np.ndarray) -> np.ndarray:
         return aff2.is_valid(warps, self._det_range)
+
+
+def _replaced(warps: np.ndarray, is_valid: np.ndarray, stand_in: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) copy of the warps with `stand_in` (3, 3) for those that are not valid."""
+    return np.where(is_valid[:, None, None], warps, stand_in)
+
+
+def _normalised(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
+    """Log weights (n,) of which the exponentials sum to one, and the log of the sum before.
+
+    All weights are equal where each was zero.
+    """
+    peak = log_weights.max()
+    if not np.isfinite(peak):
+        return np.full(len(log_weights), -math.log(len(log_weights))), -math.inf
+    log_sum = float(peak + np.log(np.exp(log_weights - peak).sum()))
+    return log_weights - log_sum, log_sum

@@ -9,6 +9,7 @@ costs, so warps are not rewarded for sliding under an occluder.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -62,6 +63,22 @@ class LikelihoodConfig:
             require_positive(self, "shape_std")
         if not 0.0 <= self.sigma_memory < 1.0:
             raise ValueError(f"sigma_memory must be in [0, 1), got {self.sigma_memory!r}")
+
+
+class PhotometricNoise:
+    """The deviation of the residuals, learnt from image to image."""
+
+    def __init__(self, config: LikelihoodConfig) -> None:
+        self._config = config
+        self.sigma = config.initial_sigma
+        """Present deviation [template deviations]."""
+
+    def learn(self, ncc: float) -> None:
+        """Takes in an image; the residual variance of normalised patches is 2 (1 - ncc)."""
+        config = self._config
+        share = config.sigma_memory
+        variance = share * self.sigma**2 + (1.0 - share) * 2.0 * (1.0 - ncc)
+        self.sigma = float(np.clip(math.sqrt(variance), config.sigma_floor, config.sigma_ceiling))
 
 
 class TemplateObservation:

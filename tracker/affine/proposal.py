@@ -53,7 +53,7 @@ class PriorProposal:
         self,
         predicted: np.ndarray,
         variances: np.ndarray,
-        observation: Observation,
+        observation: Observation | None,
         space: StateSpace,
         rng: np.random.Generator,
     ) -> Draw:

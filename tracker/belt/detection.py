@@ -71,6 +71,14 @@ class Detection:
     """Visible share of the template."""
 
 
+@dataclass(frozen=True)
+class Sighting:
+    """A detection and when its image was exposed."""
+
+    found: Detection
+    time_s: float
+
+
 @dataclass(frozen=True, eq=False)
 class _Level:
     """One step of the refinement."""

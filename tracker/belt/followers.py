@@ -7,7 +7,7 @@ motion of its centre, while a tracker that knows an affine warp moves it by that
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
 import cv2
@@ -16,29 +16,18 @@ import numpy as np
 from tracker.affine import aff2
 from tracker.affine.template import Template
 from tracker.base import Status, WarpEstimate
-from tracker.belt.detection import Detection
+from tracker.belt.detection import Detection, Sighting
+from tracker.belt.filter_follower import FilterFollower
 from tracker.belt.image import Window
 from tracker.belt.rectify import OverheadImage
 from tracker.belt.registry import TrackerConfig
-from tracker.belt.template_tracker import StatusConfig, TemplateTracker
+from tracker.belt.status import StatusConfig
 from tracker.box_tracker import box_of_warp, warp_of_box
 from tracker.peers.box_finder import HoldingTracker
 from tracker.peers.outside import get_box_finder
 
-_RESERVE, _RESERVE_PER_S = 0.5, 5.0
-"""Width of the strip around the predicted target that is looked at, in template units, at once
-and by the time since the last image: a target may have been stopped or pushed meanwhile."""
-
 _SIGHTED_STD = 0.02
 """Deviation of a warp that comes without a covariance, along each axis of the algebra."""
-
-
-@dataclass(frozen=True)
-class Sighting:
-    """A detection and when its image was exposed."""
-
-    found: Detection
-    time_s: float
 
 
 class Follower(Protocol):
@@ -66,40 +55,7 @@ def make_follower(
     if config.baseline:
         tracker = get_box_finder(config.baseline).make(rng)
         return BoxFollower(tracker, template, config.status)
-    tracker = TemplateTracker(
-        template, config.filter, config.likelihood, config.status, rng, unit_px
-    )
-    return FilterFollower(tracker, unit_px)
-
-
-class FilterFollower:
-    """A particle filter on warps, which two sightings give a velocity."""
-
-    def __init__(self, tracker: TemplateTracker, unit_px: float) -> None:
-        self._tracker = tracker
-        self._unit_px = unit_px
-        self._shape_px = (0, 0)
-
-    def start(self, image: OverheadImage, now: Sighting, before: Sighting) -> None:
-        """See `Follower`."""
-        self._shape_px = image.grey.shape
-        self._tracker.start(now.found.warp, now.time_s, before.found.warp, before.time_s)
-
-    def region(self, time_s: float) -> Window | None:
-        """Where a particle may come to lie, and a reserve for what prediction does not know."""
-        points = self._tracker.predicted_corners(time_s)
-        if not np.isfinite(points).all():
-            return None
-        reserve_px = self._unit_px * (_RESERVE + _RESERVE_PER_S * self._tracker.age_s(time_s))
-        low = np.floor(points.min(axis=0) - reserve_px)
-        high = np.ceil(points.max(axis=0) + reserve_px) + 1.0
-        rows, columns = self._shape_px
-        (left, top), (right, bottom) = np.clip([low, high], 0, [columns, rows]).astype(int)
-        return slice(top, bottom), slice(left, right)
-
-    def update(self, image: OverheadImage, time_s: float) -> WarpEstimate:
-        """See `Follower`."""
-        return self._tracker.update(image.grey, time_s, image.visibility)
+    return FilterFollower(config, template, unit_px, rng)
 
 
 class StaticFollower:

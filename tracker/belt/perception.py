@@ -18,8 +18,8 @@ from tracker.affine import aff2
 from tracker.affine.template import Template
 from tracker.base import Status, WarpEstimate
 from tracker.belt.backproject import Backprojector, TargetPose
-from tracker.belt.detection import Detection, TemplateDetector
-from tracker.belt.followers import Sighting, make_follower, sighted
+from tracker.belt.detection import Detection, Sighting, TemplateDetector
+from tracker.belt.followers import make_follower, sighted
 from tracker.belt.image import CameraImage
 from tracker.belt.rectify import OverheadImage, OverheadView
 from tracker.belt.registry import TrackerConfig

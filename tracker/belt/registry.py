@@ -9,7 +9,7 @@ from tracker.affine.likelihood import LikelihoodConfig
 from tracker.affine.methods import METHODS
 from tracker.belt.backproject import BackprojectConfig
 from tracker.belt.detection import DetectionConfig
-from tracker.belt.template_tracker import StatusConfig
+from tracker.belt.status import StatusConfig
 from tracker.checks import require_known, require_positive
 from tracker.peers.baselines import BASELINES
 from tracker.peers.outside import get_box_finder, is_outside

@@ -14,12 +14,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tracker.affine import aff2
-from tracker.affine.filter import FilterConfig, FilterEstimate, ParticleFilter
-from tracker.affine.likelihood import LikelihoodConfig, PyramidObservation, TemplateObservation
+from tracker.affine.filter import Collector, FilterConfig, ParticleFilter
+from tracker.affine.likelihood import (
+    LikelihoodConfig,
+    PhotometricNoise,
+    PyramidObservation,
+    TemplateObservation,
+)
 from tracker.affine.matching import Layers
 from tracker.affine.resampling import CombinationConfig
 from tracker.affine.template import Template
-from tracker.base import Status, WarpEstimate
+from tracker.base import Status
 from tracker.box_tracker import BoxEstimate, box_of_warp, warp_of_box
 from tracker.checks import require_positive, require_share
 from tracker.video.appearance import Appearance, AppearanceConfig, Fit
@@ -83,12 +88,16 @@ class ParticleBoxTracker:
         self._config = config
         self._rng = rng
         self._filter = ParticleFilter(config.filter, rng)
-        self._sigma = config.likelihood.initial_sigma
+        self._noise = PhotometricNoise(config.likelihood)
         self._warp = np.eye(3)
         self._appearances: list[Appearance] = []
         self._guide: Guide | None = None
         self._loss: LossMonitor | None = None
         self._refinement: Refinement | None = None
+
+    def collect_resamplings(self, collector: Collector) -> None:
+        """Hands the particles before and after each resampling to `collector` from now on."""
+        self._filter.collector = collector
 
     def start(self, image: np.ndarray, box: np.ndarray) -> None:
         """See `BoxTracker`."""
@@ -100,7 +109,7 @@ class ParticleBoxTracker:
         window = self._cut(image, self._warp[:2, 2])
         looks = config.appearance
         self._appearances = [Appearance(looks, blur, window, box) for blur in looks.blurs]
-        self._sigma = config.likelihood.initial_sigma
+        self._noise = PhotometricNoise(config.likelihood)
         self._filter.start(self._warp)
         if config.guide is not None:
             self._guide = Guide(config.guide, self._template.size, image, self._warp)
@@ -118,13 +127,16 @@ class ParticleBoxTracker:
         if aff2.is_valid(estimate.warp):
             self._warp = estimate.warp
             if self._refinement is not None:
-                self._warp = self._refinement.refine(view.window, self._warp, self._sigma)
+                self._warp = self._refinement.refine(view.window, self._warp, self._noise.sigma)
         fits = self._fits(view, self._warp)
         if self._loss is not None:
             self._loss.note(view.confidence(self._warp, fits[-1].ncc), self._warp)
         if self._loss is None or not self._loss.is_missed:
             self._learn(image, fits)
-        return self._report(estimate, fits[-1])
+        fit = fits[-1]
+        estimate = replace(estimate, warp=self._warp)
+        affine = estimate.judged(fit.ncc, fit.visible_fraction, self._status(fit.ncc))
+        return BoxEstimate(box_of_warp(self._warp, self._template.size), affine)
 
     @property
     def _is_lost(self) -> bool:
@@ -177,7 +189,7 @@ class ParticleBoxTracker:
         window = self._cut(image, centre_px, everywhere)
         layers = [look.layers(window) for look in self._appearances]
         levels = [
-            TemplateObservation(look.matcher, each, self._config.likelihood, self._sigma)
+            TemplateObservation(look.matcher, each, self._config.likelihood, self._noise.sigma)
             for look, each in zip(self._appearances, layers, strict=True)
         ]
         observation = levels[0] if len(levels) == 1 else PyramidObservation(tuple(levels))
@@ -190,32 +202,14 @@ class ParticleBoxTracker:
         return [look.fit(layers, in_window) for look, layers in pairs]
 
     def _learn(self, image: np.ndarray, fits: Sequence[Fit]) -> None:
-        """Noise from the residual, 2 (1 - ncc) of normalised patches; looks from the patches."""
-        likelihood, ncc = self._config.likelihood, fits[-1].ncc
-        share = likelihood.sigma_memory
-        variance = share * self._sigma**2 + (1.0 - share) * 2.0 * (1.0 - ncc)
-        sigma = math.sqrt(variance)
-        self._sigma = float(np.clip(sigma, likelihood.sigma_floor, likelihood.sigma_ceiling))
+        """Follows the noise, the looks and what else learns of this image."""
+        self._noise.learn(fits[-1].ncc)
         for look, fit in zip(self._appearances, fits, strict=True):
             look.learn(fit)
         if self._refinement is not None:
             self._refinement.learn()
         if self._guide is not None:
             self._guide.learn(image, self._warp)
-
-    def _report(self, estimate: FilterEstimate, fit: Fit) -> BoxEstimate:
-        affine = WarpEstimate(
-            warp=self._warp,
-            covariance=estimate.covariance,
-            ess=estimate.ess,
-            log_likelihood=estimate.log_evidence,
-            ncc=fit.ncc,
-            visible_fraction=fit.visible_fraction,
-            status=self._status(fit.ncc),
-            particles=self._filter.particles.warps,
-            resampling=estimate.resampling,
-        )
-        return BoxEstimate(box_of_warp(self._warp, self._template.size), affine)
 
     def _status(self, ncc: float) -> Status:
         if self._is_lost:

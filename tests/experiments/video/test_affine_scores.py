@@ -4,7 +4,8 @@ import pytest
 from experiments.video.affine_scores import AffineReferee, nees, resampling_distance
 from experiments.video.affine_truth import AffineTruth
 from tracker.affine import aff2
-from tracker.base import ResamplingTrace, Status, WarpEstimate
+from tracker.affine.resampling import Particles
+from tracker.base import Status, WarpEstimate
 from tracker.box_tracker import BoxEstimate
 
 BOX = np.array([10.0, 12.0, 20.0, 5.0])
@@ -34,18 +35,10 @@ def resampled(weights, parents, spread=1.0):
     e = np.zeros((len(weights), 6))
     e[:, 4] = spread * np.arange(len(weights))
     warps = aff2.perturb(START, e)
-    trace = ResamplingTrace(warps, weights, parents)
-    return WarpEstimate(
-        START,
-        np.eye(6),
-        2.0,
-        0.0,
-        1.0,
-        1.0,
-        Status.TRACKING,
-        particles=warps[parents],
-        resampling=trace,
-    )
+    even = np.full(len(weights), 1.0 / len(weights))
+    with np.errstate(divide="ignore"):
+        before = Particles(warps, warps, np.log(weights), np.zeros(len(weights)))
+    return before, Particles(warps[parents], warps, np.log(even), np.zeros(len(even)), parents)
 
 
 def turned(angle_rad, shift=(0, 0)):
@@ -111,18 +104,23 @@ def test_nees_by_hand():
 
 
 def test_exact_copies_leave_the_distribution_alone():
-    assert resampling_distance(resampled([0.5, 0.25, 0.25, 0], [0, 0, 1, 2])) == pytest.approx(0)
+    copies = resampled([0.5, 0.25, 0.25, 0], [0, 0, 1, 2])
+    assert resampling_distance(START, *copies) == pytest.approx(0)
 
 
 def test_resampling_distance_of_a_hand_computed_case():
     """Weights 1/2 at 0 and at 2 deviations; all particles at 0: 2 E|X-Y| - E|X-X'| = 2 - 1."""
     for spread in (0.1, 3.0):
         kept = resampled([0.5, 0.5], [0, 0], spread)
-        assert resampling_distance(kept) == pytest.approx(1.0)
+        assert resampling_distance(START, *kept) == pytest.approx(1.0)
 
 
 def test_the_row_counts_ancestors_once():
     known = resampled([0.4, 0.3, 0.3], [0, 0, 2])
-    row = AffineReferee(truth(START), "1", 0, BOX).row(0, BoxEstimate(BOX, known))
+    referee = AffineReferee(truth(START), "1", 0, BOX)
+    referee.note_resampling(*known)
+    row = referee.row(0, estimate(START))
     assert row.ancestor_count == 2
-    assert row.resampling_distance == pytest.approx(resampling_distance(known))
+    assert row.resampling_distance == pytest.approx(resampling_distance(START, *known))
+    later = referee.row(0, estimate(START))
+    assert later.ancestor_count is None and later.resampling_distance is None

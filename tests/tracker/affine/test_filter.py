@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,9 +53,8 @@ def test_non_finite_particles_get_no_weight_and_disappear(config):
     warps[3] = np.nan
     warps[7, :2, :2] = -1e30
     warps[9] = np.diag([-2.0, -3.0, 1.0])
-    particle_filter._particles = Particles(
-        warps, good.previous, good.log_weights, good.log_likelihoods
-    )
+    particles = Particles(warps, good.previous, good.log_weights, good.log_likelihoods)
+    particle_filter._state = replace(particle_filter._state, particles=particles)
     estimate = particle_filter.step(Indifferent(), 1 / 30)
     assert np.isfinite(estimate.warp).all()
     assert np.isfinite(estimate.covariance).all()
@@ -74,8 +75,33 @@ def test_coasting_keeps_the_velocity():
     start, then = (aff2.similarity(40.0, 0.0, [x, 50]) for x in (100.0, 110.0))
     particle_filter.start(then, start, 1 / 30)
     for _ in range(3):
-        estimate = particle_filter.coast(1 / 30)
+        estimate = particle_filter.step(None, 1 / 30)
     np.testing.assert_allclose(estimate.warp[0, 2], 140.0, atol=0.1)
+
+
+def test_without_an_image_weights_stay_and_nothing_is_resampled(config):
+    particle_filter = started(config)
+    resamplings = []
+    particle_filter.collector = lambda *pair: resamplings.append(pair)
+    before = particle_filter.particles
+    estimate = particle_filter.step(None, 1 / 30)
+    after = particle_filter.particles
+    assert estimate.log_evidence == -np.inf and not resamplings
+    np.testing.assert_array_equal(after.log_weights, before.log_weights)
+    np.testing.assert_array_equal(after.previous, before.warps)
+    assert (np.abs(after.warps - before.warps).max(axis=(1, 2)) > 0).all()
+    particle_filter.step(Indifferent(), 1 / 30)
+    assert len(resamplings) == 1
+
+
+def test_a_detection_moves_as_many_particles_as_there_are_places(config):
+    particle_filter = started(replace(config, noise_per_root_s=(1e-9,) * 6))
+    places = np.array([[500.0, 400.0], [500.0, 400.0], [500.0, 400.0]])
+    collected = []
+    particle_filter.collector = lambda before, after: collected.append(before.warps)
+    particle_filter.step(Indifferent(), 1 / 30, places)
+    is_there = np.linalg.norm(collected[0][:, :2, 2] - places[0], axis=1) < 1.0
+    assert is_there.sum() == 3
 
 
 def test_particles_before_start_are_refused():

@@ -8,10 +8,10 @@ from driving import build, drive
 from films import BOX
 
 from tracker.base import Status
-from tracker.belt.detection import Detection
-from tracker.belt.followers import BoxFollower, Sighting
+from tracker.belt.detection import Detection, Sighting
+from tracker.belt.followers import BoxFollower
 from tracker.belt.rectify import OverheadImage
-from tracker.belt.template_tracker import StatusConfig
+from tracker.belt.status import StatusConfig
 from tracker.box_tracker import BoxEstimate, box_of_warp
 from tracker.peers.baselines import BASELINES
 from tracker.peers.box_finder import HoldingTracker

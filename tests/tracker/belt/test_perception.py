@@ -199,7 +199,7 @@ def drive_from_a_false_start(tracker, scene, monkeypatch):
 
     monkeypatch.setattr(tracker._detector, "detect", false_at_first)
     status = replace(tracker._config.status, tracking_ncc=0.0, lost_ncc=0.0)
-    monkeypatch.setattr(tracker._follower._tracker, "_status_config", status)
+    monkeypatch.setattr(tracker._follower, "_status_config", status)
     seen, errors = [], []
     for k in range(12):
         y_k = -0.6 + 0.3 * k / RATE_HZ

@@ -116,15 +116,21 @@ def test_a_constant_patch_is_refused():
         )
 
 
-def test_the_estimate_tells_what_resampling_did():
+def test_a_collector_gets_the_particles_before_and_after_each_resampling():
     images = videos.film(drifting(4, [0, 0, 0, 0, 0.02, 0]))
     for name in BOX_TRACKERS:
-        warp = follow(name, images)[-1].affine
-        trace = warp.resampling
-        assert trace.weights.sum() == pytest.approx(1.0)
-        assert len(trace.warps) == len(trace.parents) == len(warp.particles)
+        tracker = ParticleBoxTracker(small(name), np.random.default_rng(0))
+        resamplings = []
+        tracker.collect_resamplings(lambda *pair, found=resamplings: found.append(pair))
+        tracker.start(images[0], BOX)
+        for image in images[1:]:
+            estimate = tracker.update(image).affine
+        assert len(resamplings) == len(images) - 1
+        before, after = resamplings[-1]
+        assert before.weights.sum() == pytest.approx(1.0)
+        np.testing.assert_array_equal(after.warps, estimate.particles)
         if name in ("gpf", "pf"):
-            np.testing.assert_array_equal(trace.warps[trace.parents], warp.particles)
+            np.testing.assert_array_equal(before.warps[after.parents], after.warps)
 
 
 @pytest.mark.slow
