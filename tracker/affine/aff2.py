@@ -14,6 +14,9 @@ import numpy as np
 
 from tracker.affine import aff2_loops as loops
 
+_TANGENT = np.empty(6)
+"""Its shape tells a compiled function the length of its result."""
+
 
 def hat(e: np.ndarray) -> np.ndarray:
     """(..., 3, 3) algebra matrix of tangent vectors (..., 6). [IGPF2021] Eq (5)."""
@@ -40,10 +43,7 @@ def vee(M: np.ndarray) -> np.ndarray:
 
 def is_valid(X: np.ndarray, det_range: tuple[float, float] = (1e-9, 1e9)) -> np.ndarray:
     """(...,) True where X is finite and det A lies inside `det_range`."""
-    X = np.ascontiguousarray(X, float)
-    result = np.empty(X.shape[:-2], bool)
-    loops.is_valid(X.reshape(-1, 3, 3), *det_range, result.reshape(-1))
-    return result
+    return loops.is_valid(X, *det_range)
 
 
 def compose(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
@@ -66,34 +66,22 @@ def inverse(X: np.ndarray) -> np.ndarray:
 
 def exp(e: np.ndarray) -> np.ndarray:
     """(..., 3, 3) group elements of tangent vectors (..., 6)."""
-    e = np.ascontiguousarray(e, float)
-    X = np.empty((*e.shape[:-1], 3, 3))
-    loops.exp(e.reshape(-1, 6), X.reshape(-1, 3, 3))
-    return X
+    return perturb(np.eye(3), e)
 
 
 def log(X: np.ndarray) -> np.ndarray:
     """(..., 6) principal logarithm of group elements; NaN where there is none."""
-    X = np.ascontiguousarray(X, float)
-    e = np.empty((*X.shape[:-2], 6))
-    loops.log(X.reshape(-1, 3, 3), e.reshape(-1, 6))
-    return e
+    return difference(np.eye(3), X)
 
 
 def difference(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     """(..., 6) tangent vector `vee log(X^-1 Y)` that leads from X to Y."""
-    X, Y, shape = _paired(X, Y, 2, 2)
-    e = np.empty((*shape, 6))
-    loops.difference(X.reshape(-1, 3, 3), Y.reshape(-1, 3, 3), e.reshape(-1, 6))
-    return e
+    return loops.difference(X, Y, _TANGENT)
 
 
 def perturb(X: np.ndarray, e: np.ndarray) -> np.ndarray:
     """(..., 3, 3) right perturbation `X exp(hat(e))`. [IGPF2021] Eq (18)."""
-    X, e, shape = _paired(X, e, 2, 1)
-    Y = np.empty((*shape, 3, 3))
-    loops.perturb(X.reshape(-1, 3, 3), e.reshape(-1, 6), Y.reshape(-1, 3, 3))
-    return Y
+    return loops.perturb(X, e)
 
 
 def adjoint(X: np.ndarray) -> np.ndarray:
@@ -131,18 +119,12 @@ def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
     block, tau +- sqrt(D). Densities on this non-unimodular group need it: both the prior and the
     proposal must be taken against the same measure.
     """
-    e = np.ascontiguousarray(e, float)
-    result = np.empty(e.shape[:-1])
-    loops.log_det_right_jacobian(e.reshape(-1, 6), result.reshape(-1))
-    return result
+    return loops.log_det_right_jacobian(e)
 
 
 def advance(X: np.ndarray, Y: np.ndarray, share: float) -> np.ndarray:
-    """(n, 3, 3) elements Y moved on by a share of the tangent vectors from X (n, 3, 3) to Y."""
-    result = np.empty(Y.shape)
-    X, Y = np.ascontiguousarray(X, float), np.ascontiguousarray(Y, float)
-    loops.advance(X, Y, share, result)
-    return result
+    """(..., 3, 3) elements Y moved on by a share of the tangent vectors from X to Y."""
+    return loops.advance(X, Y, share)
 
 
 def mean(X: np.ndarray, weights: np.ndarray, iterations: int = 2) -> np.ndarray:
@@ -172,18 +154,12 @@ def polar(X: np.ndarray) -> np.ndarray:
 
     The 2x2 block is split as `R(angle) exp(symmetric)`; x and y are those of the matrix.
     """
-    X = np.ascontiguousarray(X, float)
-    p = np.empty((*X.shape[:-2], 6))
-    loops.polar(X.reshape(-1, 3, 3), p.reshape(-1, 6))
-    return p
+    return loops.polar(X, _TANGENT)
 
 
 def from_polar(p: np.ndarray) -> np.ndarray:
     """(..., 3, 3) warps of affine parameters (..., 6); inverse of `polar`."""
-    p = np.ascontiguousarray(p, float)
-    X = np.empty((*p.shape[:-1], 3, 3))
-    loops.from_polar(p.reshape(-1, 6), X.reshape(-1, 3, 3))
-    return X
+    return loops.from_polar(p, np.eye(3))
 
 
 def similarity(scale: float, angle_rad: float, centre: np.ndarray) -> np.ndarray:
@@ -191,25 +167,6 @@ def similarity(scale: float, angle_rad: float, centre: np.ndarray) -> np.ndarray
     p = np.zeros(6)
     p[0], p[2], p[4:] = np.log(scale), angle_rad, centre
     return from_polar(p)
-
-
-def _paired(
-    a: np.ndarray, b: np.ndarray, a_core: int, b_core: int
-) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
-    """Both as contiguous float64 stacks of equal leading shape, or single; and that shape.
-
-    `a_core` and `b_core` count the axes of one element.
-    """
-    a, b = np.ascontiguousarray(a, float), np.ascontiguousarray(b, float)
-    a_shape, b_shape = a.shape[: a.ndim - a_core], b.shape[: b.ndim - b_core]
-    if a_shape == b_shape or not b_shape:
-        return a, b, a_shape
-    if not a_shape:
-        return a, b, b_shape
-    shape = np.broadcast_shapes(a_shape, b_shape)
-    a = np.ascontiguousarray(np.broadcast_to(a, (*shape, *a.shape[a.ndim - a_core :])))
-    b = np.ascontiguousarray(np.broadcast_to(b, (*shape, *b.shape[b.ndim - b_core :])))
-    return a, b, shape
 
 
 def _det2(X: np.ndarray) -> np.ndarray:

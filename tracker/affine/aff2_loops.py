@@ -1,7 +1,9 @@
-"""Compiled loops behind `tracker.affine.aff2`: one pass over stacks of elements, no temporaries.
+"""Compiled functions behind `tracker.affine.aff2`: closed forms without temporaries.
 
-Each function fills `out` row by row. With hundreds of particles a stack of NumPy calls costs ten
-times the arithmetic; these loops cost the arithmetic. Compiled at first use and cached on disk.
+With hundreds of particles a stack of NumPy calls costs ten times the arithmetic; these cost the
+arithmetic. Generalised ufuncs broadcast over leading axes; Numba wants the shape of a result among
+the arguments, so some have one, `like`, of which only the shape counts. All compile at the first
+import and are cached on disk.
 """
 
 from __future__ import annotations
@@ -9,36 +11,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from numba import guvectorize, njit
 
 _TAYLOR_TERMS = 13
 _SERIES_BELOW = 1e-6
-
-
-@njit(cache=True, error_model="numpy")
-def exp(e: np.ndarray, out: np.ndarray) -> None:
-    """Group elements (n, 3, 3) of tangent vectors (n, 6)."""
-    for i in range(len(e)):
-        V, E = _integral_and_exponential(e[i, 0], e[i, 1], e[i, 2], e[i, 3])
-        out[i, 0, 0], out[i, 0, 1], out[i, 1, 0], out[i, 1, 1] = E
-        out[i, 0, 2] = V[0] * e[i, 4] + V[1] * e[i, 5]
-        out[i, 1, 2] = V[2] * e[i, 4] + V[3] * e[i, 5]
-        out[i, 2, 0], out[i, 2, 1], out[i, 2, 2] = 0.0, 0.0, 1.0
-
-
-@njit(cache=True, error_model="numpy")
-def log(X: np.ndarray, out: np.ndarray) -> None:
-    """Principal logarithms (n, 6) of elements (n, 3, 3); NaN where there is none."""
-    for i in range(len(X)):
-        A = X[i]
-        _log_into(A[0, 0], A[0, 1], A[1, 0], A[1, 1], A[0, 2], A[1, 2], out[i])
-
-
-@njit(cache=True, error_model="numpy")
-def difference(X: np.ndarray, Y: np.ndarray, out: np.ndarray) -> None:
-    """Tangent vectors (n, 6) from X to Y (n, 3, 3); one of them may be a single element."""
-    for i in range(len(out)):
-        difference_one(X[min(i, len(X) - 1)], Y[min(i, len(Y) - 1)], out[i])
 
 
 @njit(cache=True, error_model="numpy")
@@ -59,13 +35,6 @@ def difference_one(X: np.ndarray, Y: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def perturb(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
-    """X exp(hat(e)) (n, 3, 3); X or e may be a single one."""
-    for i in range(len(out)):
-        perturb_one(X[min(i, len(X) - 1)], e[min(i, len(e) - 1)], out[i])
-
-
-@njit(cache=True, error_model="numpy")
 def perturb_one(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
     """X exp(hat(e)) (3, 3) of X (3, 3) and e (6,)."""
     V, E = _integral_and_exponential(e[0], e[1], e[2], e[3])
@@ -79,42 +48,12 @@ def perturb_one(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def advance(X: np.ndarray, Y: np.ndarray, share: float, out: np.ndarray) -> None:
-    """Y (n, 3, 3) moved on by a share of the tangent vectors from X to Y."""
-    e = np.empty(6)
-    for i in range(len(out)):
-        difference_one(X[i], Y[i], e)
-        for j in range(6):
-            e[j] *= share
-        perturb_one(Y[i], e, out[i])
-
-
-@njit(cache=True, error_model="numpy")
-def log_det_right_jacobian(e: np.ndarray, out: np.ndarray) -> None:
-    """ln |det Jr| (n,) at tangent vectors (n, 6)."""
-    for i in range(len(e)):
-        out[i] = log_det_right_jacobian_one(e[i])
-
-
-@njit(cache=True, error_model="numpy")
 def log_det_right_jacobian_one(e: np.ndarray) -> float:
     """ln |det Jr| at a tangent vector (6,)."""
     _, s = _cosine_sine(e[1] ** 2 + e[3] ** 2 - e[2] ** 2)
     V, _ = _integral_and_exponential(-e[0], -e[1], -e[2], -e[3])
     det = V[0] * V[3] - V[1] * V[2]
     return 2.0 * math.log(abs(s)) + math.log(abs(det))
-
-
-@njit(cache=True, error_model="numpy")
-def is_valid(X: np.ndarray, low: float, high: float, out: np.ndarray) -> None:
-    """True (n,) where X (n, 3, 3) is finite and det A from `low` to `high`."""
-    for i in range(len(X)):
-        det = X[i, 0, 0] * X[i, 1, 1] - X[i, 0, 1] * X[i, 1, 0]
-        total = 0.0
-        for row in range(2):
-            for column in range(3):
-                total += abs(X[i, row, column])
-        out[i] = (low <= det <= high) and total < math.inf
 
 
 @njit(cache=True, error_model="numpy")
@@ -149,37 +88,6 @@ def covariance(X: np.ndarray, weights: np.ndarray, centre: np.ndarray, out: np.n
     for j in range(6):
         for k in range(j):
             out[k, j] = out[j, k]
-
-
-@njit(cache=True, error_model="numpy")
-def polar(X: np.ndarray, out: np.ndarray) -> None:
-    """Affine parameters (n, 6) of elements (n, 3, 3)."""
-    for i in range(len(X)):
-        a, b, c, d = X[i, 0, 0], X[i, 0, 1], X[i, 1, 0], X[i, 1, 1]
-        _, k, aspect, _, shear = _block_logarithm(
-            a * a + c * c, a * b + c * d, a * b + c * d, b * b + d * d
-        )
-        det = a * d - b * c
-        out[i, 0] = 0.5 * math.log(det) if det > 0 else math.nan
-        out[i, 1] = 0.5 * k * aspect
-        out[i, 2] = math.atan2(c - b, a + d)
-        out[i, 3] = 0.5 * k * shear
-        out[i, 4], out[i, 5] = X[i, 0, 2], X[i, 1, 2]
-
-
-@njit(cache=True, error_model="numpy")
-def from_polar(p: np.ndarray, out: np.ndarray) -> None:
-    """Elements (n, 3, 3) of affine parameters (n, 6)."""
-    for i in range(len(p)):
-        c, s = _cosine_sine(p[i, 1] ** 2 + p[i, 3] ** 2)
-        growth = math.exp(p[i, 0])
-        a, b = growth * (c + s * p[i, 1]), growth * s * p[i, 3]
-        d = growth * (c - s * p[i, 1])
-        cos, sin = math.cos(p[i, 2]), math.sin(p[i, 2])
-        out[i, 0, 0], out[i, 0, 1] = cos * a - sin * b, cos * b - sin * d
-        out[i, 1, 0], out[i, 1, 1] = sin * a + cos * b, sin * b + cos * d
-        out[i, 0, 2], out[i, 1, 2] = p[i, 4], p[i, 5]
-        out[i, 2, 0], out[i, 2, 1], out[i, 2, 2] = 0.0, 0.0, 1.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -279,3 +187,71 @@ def _cosine_sine(D: float) -> tuple[float, float]:
     if D > 0:
         return math.cosh(q), math.sinh(q) / q
     return math.cos(q), math.sin(q) / q
+
+
+@guvectorize("(f8[:,:], f8[:,:], f8[:], f8[:])", "(i,i),(i,i),(k)->(k)", cache=True)
+def difference(X: np.ndarray, Y: np.ndarray, like: np.ndarray, out: np.ndarray) -> None:
+    """Tangent vector (6,) from X to Y (3, 3)."""
+    difference_one(X, Y, out)
+
+
+@guvectorize("(f8[:,:], f8[:], f8[:,:])", "(i,i),(k)->(i,i)", cache=True)
+def perturb(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
+    """X exp(hat(e)) (3, 3) of X (3, 3) and e (6,)."""
+    perturb_one(X, e, out)
+
+
+@guvectorize("(f8[:,:], f8[:,:], f8, f8[:,:])", "(i,i),(i,i),()->(i,i)", cache=True)
+def advance(X: np.ndarray, Y: np.ndarray, share: float, out: np.ndarray) -> None:
+    """Y (3, 3) moved on by a share of the tangent vector from X to Y."""
+    e = np.empty(6)
+    difference_one(X, Y, e)
+    for j in range(6):
+        e[j] *= share
+    perturb_one(Y, e, out)
+
+
+@guvectorize("(f8[:], f8[:])", "(k)->()", cache=True)
+def log_det_right_jacobian(e: np.ndarray, out: np.ndarray) -> None:
+    """ln |det Jr| at a tangent vector (6,)."""
+    out[0] = log_det_right_jacobian_one(e)
+
+
+@guvectorize("(f8[:,:], f8, f8, b1[:])", "(i,i),(),()->()", cache=True)
+def is_valid(X: np.ndarray, low: float, high: float, out: np.ndarray) -> None:
+    """True where X (3, 3) is finite and det A from `low` to `high`."""
+    det = X[0, 0] * X[1, 1] - X[0, 1] * X[1, 0]
+    total = 0.0
+    for row in range(2):
+        for column in range(3):
+            total += abs(X[row, column])
+    out[0] = (low <= det <= high) and total < math.inf
+
+
+@guvectorize("(f8[:,:], f8[:], f8[:])", "(i,i),(k)->(k)", cache=True)
+def polar(X: np.ndarray, like: np.ndarray, out: np.ndarray) -> None:
+    """Affine parameters (6,) of an element (3, 3)."""
+    a, b, c, d = X[0, 0], X[0, 1], X[1, 0], X[1, 1]
+    _, k, aspect, _, shear = _block_logarithm(
+        a * a + c * c, a * b + c * d, a * b + c * d, b * b + d * d
+    )
+    det = a * d - b * c
+    out[0] = 0.5 * math.log(det) if det > 0 else math.nan
+    out[1] = 0.5 * k * aspect
+    out[2] = math.atan2(c - b, a + d)
+    out[3] = 0.5 * k * shear
+    out[4], out[5] = X[0, 2], X[1, 2]
+
+
+@guvectorize("(f8[:], f8[:,:], f8[:,:])", "(k),(i,i)->(i,i)", cache=True)
+def from_polar(p: np.ndarray, like: np.ndarray, out: np.ndarray) -> None:
+    """Element (3, 3) of affine parameters (6,)."""
+    c, s = _cosine_sine(p[1] ** 2 + p[3] ** 2)
+    growth = math.exp(p[0])
+    a, b = growth * (c + s * p[1]), growth * s * p[3]
+    d = growth * (c - s * p[1])
+    cos, sin = math.cos(p[2]), math.sin(p[2])
+    out[0, 0], out[0, 1] = cos * a - sin * b, cos * b - sin * d
+    out[1, 0], out[1, 1] = sin * a + cos * b, sin * b + cos * d
+    out[0, 2], out[1, 2] = p[4], p[5]
+    out[2, 0], out[2, 1], out[2, 2] = 0.0, 0.0, 1.0
