@@ -16,6 +16,7 @@ import numpy as np
 
 from experiments.apple.published import TABLES, PublishedTable, published_table
 from tracker.apple.attitude import folded_deg
+from tracker.geometry import rotation_about_fixed_axes
 
 IDENTIFIED = ("xyz", False, "+x +y +z")
 """R = Rz Ry Rx, camera to robot, of the camera's axes as they are: what `attitude` uses."""
@@ -65,24 +66,10 @@ def _signed_axes() -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _residual(table: PublishedTable, order: str, is_inverse: bool, M: np.ndarray) -> float:
-    R = np.eye(3)
-    for name in order:
-        R = _turn(name, table.fixed_angles_deg) @ R
+    R = rotation_about_fixed_axes(order, table.fixed_angles_deg)
     if is_inverse:
         R = np.swapaxes(R, -1, -2)
     cosines = np.cos(np.radians(table.camera_deg)) @ M.T
     converted = (R @ cosines[..., None])[..., 0]
     angles = np.degrees(np.arccos(np.clip(converted, -1.0, 1.0)))
     return float(np.abs(folded_deg(angles) - folded_deg(table.robot_deg)).mean())
-
-
-def _turn(name: str, angles_deg: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) rotations about one fixed axis."""
-    i = "xyz".index(name)
-    j, k = (i + 1) % 3, (i + 2) % 3
-    angle = np.radians(angles_deg[:, i])
-    R = np.tile(np.eye(3), (len(angle), 1, 1))
-    R[:, j, j] = R[:, k, k] = np.cos(angle)
-    R[:, k, j] = np.sin(angle)
-    R[:, j, k] = -np.sin(angle)
-    return R

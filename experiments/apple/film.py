@@ -23,8 +23,9 @@ from sim.apple.world import HAND_CAMERA, STUDIO, Orchard, intrinsics
 from tracker.apple.attitude import axis_error_deg, tangent_basis
 from tracker.apple.segmentation import segment
 from tracker.apple.silhouette_fit import SilhouetteFit, fit_silhouettes
-from tracker.apple.spheroid import Spheroid, project
+from tracker.apple.spheroid import Spheroid
 from tracker.apple.view import CameraPose, FruitView, Sighting
+from tracker.geometry import project
 
 _FPS = 20
 _EVERY = 6

@@ -26,6 +26,7 @@ from sim.apple.fruit import Fruit, PlacedFruit
 from sim.apple.leaves import leaves_behind
 from sim.apple.world import Orchard, OrchardConfig, look_at
 from tracker.apple.attitude import angles_deg, axis_error_deg, unit
+from tracker.geometry import least_rotation
 
 _LEAVES = 12
 
@@ -118,15 +119,9 @@ def draw_replay(job: ReplayJob) -> tuple[OrchardConfig, list[np.ndarray]]:
 
 
 def aimed(rotation: np.ndarray, position_m: np.ndarray, point_m: np.ndarray) -> np.ndarray:
-    """(4, 4) pose of the camera, turned by the least that brings its optical axis to a point.
-
-    Source: Rodrigues' formula for the rotation between two directions.
-    """
-    start, goal = rotation[:, 2], unit(point_m - position_m)
-    v, c = np.cross(start, goal), float(start @ goal)
-    K = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    """(4, 4) pose of the camera, turned by the least that brings its optical axis to a point."""
     T = np.eye(4)
-    T[:3, :3] = (np.eye(3) + K + K @ K / (1.0 + c)) @ rotation
+    T[:3, :3] = least_rotation(rotation[:, 2], point_m - position_m) @ rotation
     T[:3, 3] = position_m
     return T
 

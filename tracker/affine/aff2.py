@@ -14,6 +14,8 @@ import numpy as np
 
 from tracker.affine import aff2_loops as loops
 
+_quietly = np.errstate(all="ignore")
+"""An element without a logarithm gives NaN, not a warning."""
 _TANGENT = np.empty(6)
 """Its shape tells a compiled function the length of its result."""
 
@@ -41,6 +43,7 @@ def vee(M: np.ndarray) -> np.ndarray:
     return e
 
 
+@_quietly
 def is_valid(X: np.ndarray, det_range: tuple[float, float] = (1e-9, 1e9)) -> np.ndarray:
     """(...,) True where X is finite and det A lies inside `det_range`."""
     return loops.is_valid(X, *det_range)
@@ -74,11 +77,13 @@ def log(X: np.ndarray) -> np.ndarray:
     return difference(np.eye(3), X)
 
 
+@_quietly
 def difference(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     """(..., 6) tangent vector `vee log(X^-1 Y)` that leads from X to Y."""
     return loops.difference(X, Y, _TANGENT)
 
 
+@_quietly
 def perturb(X: np.ndarray, e: np.ndarray) -> np.ndarray:
     """(..., 3, 3) right perturbation `X exp(hat(e))`. [IGPF2021] Eq (18)."""
     return loops.perturb(X, e)
@@ -112,6 +117,7 @@ def right_jacobian(e: np.ndarray, terms: int = 24) -> np.ndarray:
     return J
 
 
+@_quietly
 def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
     """(...,) ln |det Jr(e)| from the eigenvalues of `ad`, without a 6x6 matrix.
 
@@ -122,6 +128,7 @@ def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
     return loops.log_det_right_jacobian(e)
 
 
+@_quietly
 def advance(X: np.ndarray, Y: np.ndarray, share: float) -> np.ndarray:
     """(..., 3, 3) elements Y moved on by a share of the tangent vectors from X to Y."""
     return loops.advance(X, Y, share)
@@ -149,6 +156,7 @@ def covariance(X: np.ndarray, weights: np.ndarray, centre: np.ndarray) -> np.nda
     return result
 
 
+@_quietly
 def polar(X: np.ndarray) -> np.ndarray:
     """(..., 6) affine parameters: log scale, aspect, angle [rad], shear, x, y.
 
@@ -157,6 +165,7 @@ def polar(X: np.ndarray) -> np.ndarray:
     return loops.polar(X, _TANGENT)
 
 
+@_quietly
 def from_polar(p: np.ndarray) -> np.ndarray:
     """(..., 3, 3) warps of affine parameters (..., 6); inverse of `polar`."""
     return loops.from_polar(p, np.eye(3))

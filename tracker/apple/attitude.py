@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tracker.geometry import rotation_about_fixed_axes
+
 PAPER_FROM_OPENCV = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """(3, 3) camera of OpenCV -> camera of [Zhou2011]; proper rotation, so handedness is kept."""
 PAPER_FROM_OPENCV.setflags(write=False)
@@ -84,23 +86,13 @@ def axis_error_deg(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def rotation_of_fixed_angles(angles_deg: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) camera -> robot, of the angles R_x, R_y, R_z (..., 3) [deg] in the tables.
+    """(n, 3, 3) camera -> robot, of the angles R_x, R_y, R_z (n, 3) [deg] in the tables.
 
     R = Rz(R_z) Ry(R_y) Rx(R_x): turns about the fixed axes x, y and z in this order. [Zhou2011]
     does not say so. Of all orders, transposes, permutations and signs this one alone brings the
     published camera columns onto the robot columns (`experiments.apple.convention`).
     """
-    x, y, z = np.moveaxis(np.radians(angles_deg), -1, 0)
-    zero, one = np.zeros_like(x), np.ones_like(x)
-
-    def matrix(*rows: list[np.ndarray]) -> np.ndarray:
-        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-    cx, sx, cy, sy, cz, sz = np.cos(x), np.sin(x), np.cos(y), np.sin(y), np.cos(z), np.sin(z)
-    about_x = matrix([one, zero, zero], [zero, cx, -sx], [zero, sx, cx])
-    about_y = matrix([cy, zero, sy], [zero, one, zero], [-sy, zero, cy])
-    about_z = matrix([cz, -sz, zero], [sz, cz, zero], [zero, zero, one])
-    return about_z @ about_y @ about_x
+    return rotation_about_fixed_axes("xyz", angles_deg)
 
 
 def opencv_rotation(paper_rotation: np.ndarray) -> np.ndarray:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.apple.spheroid import rays_of
 from tracker.apple.view import FruitView, Sighting
 from tracker.checks import require_count, require_positive
+from tracker.geometry import rays_of
 
 _ELLIPSE_POINTS = 64
 """Taken from the ellipse of a view that tells no outline points."""

@@ -16,9 +16,10 @@ from enum import StrEnum
 import numpy as np
 
 from tracker.apple.attitude import unit
-from tracker.apple.spheroid import Spheroid, cone_of_ellipse, principal_cone, rays_of
+from tracker.apple.spheroid import Spheroid, cone_of_ellipse, principal_cone
 from tracker.apple.view import CameraPose, FruitView, Sighting
 from tracker.checks import require_choice, require_positive
+from tracker.geometry import rays_of
 
 _AT_CAMERA = CameraPose(np.eye(3), np.zeros(3))
 _ROUNDS = 4

@@ -19,6 +19,7 @@ import numpy as np
 
 from tracker.apple.view import CameraPose
 from tracker.checks import require_positive
+from tracker.geometry import project
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,17 +76,6 @@ class Spheroid:
     def calyx_px(self, K: np.ndarray, pose: CameraPose) -> np.ndarray:
         """(2,) pixel of the pole with the calyx, in sight or not."""
         return project(pose.rotation.T @ (self.calyx_m - pose.position_m), K)
-
-
-def project(points: np.ndarray, K: np.ndarray) -> np.ndarray:
-    """(..., 2) pixels of points (..., 3) in the camera's frame."""
-    return points[..., :2] / points[..., 2:] * K[[0, 1], [0, 1]] + K[:2, 2]
-
-
-def rays_of(pixels: np.ndarray, K: np.ndarray) -> np.ndarray:
-    """(..., 3) rays through pixels (..., 2) in the camera's frame, with z = 1."""
-    flat = (pixels - K[:2, 2]) / K[[0, 1], [0, 1]]
-    return np.concatenate([flat, np.ones_like(flat[..., :1])], axis=-1)
 
 
 def cone_of_ellipse(

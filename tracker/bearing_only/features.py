@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.bearing_only import feature_loops as loops
-from tracker.bearing_only.frames import R_BODY_CAMERA, skew
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief
+from tracker.geometry import R_BODY_CAMERA, rays_of, skew
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -60,8 +60,7 @@ def new_features(
     Returns: features, Jacobians (n, 6, 6) by the error state of the pose and (n, 2, 2) of azimuth
     and elevation by the pixel.
     """
-    xy = (pixels - [camera.u0_px, camera.v0_px]) / [camera.s_u_px, camera.s_v_px]
-    body = np.concatenate([xy, np.ones((len(xy), 1))], axis=1) @ R_BODY_CAMERA.T
+    body = rays_of(pixels, camera.K) @ R_BODY_CAMERA.T
     rays = body @ pose.R_world_body.T
     n = len(pixels)
     features = np.empty((n, 6))

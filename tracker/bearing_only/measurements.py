@@ -20,8 +20,8 @@ from typing import Literal, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tracker.bearing_only.frames import R_BODY_CAMERA
 from tracker.checks import require_positive
+from tracker.geometry import R_BODY_CAMERA, project, rays_of
 
 Status: TypeAlias = Literal["tracking", "predicting", "lost"]
 """Target seen now; not seen for a while and predicted; not seen for so long that it is given up."""
@@ -45,16 +45,14 @@ class PinholeCamera:
 
     def project(self, points_c: NDArray[np.float64]) -> NDArray[np.float64]:
         """(..., 2) pixels of (..., 3) points of its frame.  Source: [Wu2022] Eqs. 3, 26."""
-        c = np.asarray(points_c, float)
-        return self._centre + self._scale * c[..., :2] / c[..., 2:]
+        return project(np.asarray(points_c, float), self.K)
 
     def rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """(..., 3) unit vectors in the camera's frame towards (..., 2) pixels.
 
         Source: [Wu2022] Eq. 11, normalised: its Eq. 13 takes the arcsine of a component.
         """
-        xy = (np.asarray(pixels, float) - self._centre) / self._scale
-        ray = np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], axis=-1)
+        ray = rays_of(np.asarray(pixels, float), self.K)
         return ray / np.linalg.norm(ray, axis=-1, keepdims=True)
 
     def rays_body(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -72,13 +70,11 @@ class PinholeCamera:
         """(4,): s_u, s_v, u0, v0."""
         return np.array([self.s_u_px, self.s_v_px, self.u0_px, self.v0_px], float)
 
-    @property
-    def _scale(self) -> NDArray[np.float64]:
-        return self.intrinsics_px[:2]
-
-    @property
-    def _centre(self) -> NDArray[np.float64]:
-        return self.intrinsics_px[2:]
+    @cached_property
+    def K(self) -> NDArray[np.float64]:
+        """(3, 3) intrinsics."""
+        s_u, s_v, u0, v0 = self.intrinsics_px
+        return np.array([[s_u, 0.0, u0], [0.0, s_v, v0], [0.0, 0.0, 1.0]])
 
 
 def _finite(name: str, values: ArrayLike, width: int) -> NDArray[np.float64]:

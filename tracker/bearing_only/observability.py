@@ -21,7 +21,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tracker.bearing_only.frames import camera_rotation
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observation import view_target
 from tracker.bearing_only.small_matrices import (
@@ -31,6 +30,7 @@ from tracker.bearing_only.small_matrices import (
     sandwich,
 )
 from tracker.bearing_only.target_filter import inverse_2x2
+from tracker.geometry import camera_rotation
 
 Gain: TypeAlias = Literal["trace", "log-det"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from tracker.bearing_only.frames import R_BODY_CAMERA
 from tracker.bearing_only.small_matrices import dot
+from tracker.geometry import R_BODY_CAMERA
 
 LEAST_DEPTH_M = 1e-3
 """Points nearer to the image plane, or behind it, have no pixel."""

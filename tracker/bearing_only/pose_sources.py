@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.bearing_only.frames import rotation_of_euler, skew
 from tracker.bearing_only.measurements import BodyIncrement, Measurements, PoseBelief
+from tracker.geometry import rotation_of_euler, skew
 
 
 class PoseSource(Protocol):

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from tracker.bearing_only.covariance import JointCovariance
 from tracker.bearing_only.features import linearity, new_features, points_of, view_landmarks
-from tracker.bearing_only.frames import rotation_of_vector
 from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH, POSE, LandmarkTable
 from tracker.bearing_only.measurements import (
     FeatureObservation,
@@ -25,6 +24,7 @@ from tracker.bearing_only.measurements import (
 from tracker.bearing_only.pose_sources import moved_position, odometry_jacobians, odometry_noise
 from tracker.bearing_only.target_filter import determinant_2x2, inverse_2x2
 from tracker.checks import require_count, require_positive, require_share
+from tracker.geometry import rotation_of_vector
 
 _SURELY = 3.0
 """Standard deviations by which an inverse depth must be negative to be impossible; while depths are

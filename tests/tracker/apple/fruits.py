@@ -6,8 +6,9 @@ import numpy as np
 
 from tracker.apple.attitude import unit
 from tracker.apple.next_view import looking_at
-from tracker.apple.spheroid import Spheroid, ellipse_of_cone, project, rays_of
+from tracker.apple.spheroid import Spheroid, ellipse_of_cone
 from tracker.apple.view import CameraPose, FruitStatus, FruitView, Sighting
+from tracker.geometry import project, rays_of
 
 K = np.array([[579.4, 0.0, 319.5], [0.0, 579.4, 239.5], [0.0, 0.0, 1.0]])
 SIZE_PX = (640, 480)

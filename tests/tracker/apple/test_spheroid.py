@@ -13,10 +13,9 @@ from tracker.apple.spheroid import (
     cone_of_ellipse,
     ellipse_of_cone,
     principal_cone,
-    project,
-    rays_of,
 )
 from tracker.apple.view import CameraPose
+from tracker.geometry import project, rays_of
 
 
 @st.composite

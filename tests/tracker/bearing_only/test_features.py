@@ -9,9 +9,9 @@ from tracker.bearing_only.features import (
     points_of,
     view_landmarks,
 )
-from tracker.bearing_only.frames import rotation_of_vector
 from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief
+from tracker.geometry import rotation_of_vector
 
 CAMERA = PinholeCamera()
 

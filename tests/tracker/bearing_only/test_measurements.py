@@ -5,13 +5,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tracker.bearing_only.control import aim
-from tracker.bearing_only.frames import rotation_of_euler
 from tracker.bearing_only.measurements import (
     BodyIncrement,
     FeatureObservation,
     Measurements,
     PinholeCamera,
 )
+from tracker.geometry import rotation_of_euler
 
 CAMERA = PinholeCamera()
 

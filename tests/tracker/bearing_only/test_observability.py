@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tracker.bearing_only.frames import rotation_of_vector
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observability import gain, gain_gradient
 from tracker.bearing_only.observation import view_target
+from tracker.geometry import rotation_of_vector
 
 CAMERA = PinholeCamera()
 

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from tracker.bearing_only.frames import rotation_of_euler
 from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH, LandmarkTable
 from tracker.bearing_only.measurements import (
     BodyIncrement,
@@ -12,6 +11,7 @@ from tracker.bearing_only.measurements import (
 )
 from tracker.bearing_only.pose_sources import DeadReckoning, FixAided
 from tracker.bearing_only.slam import MonocularSlam, SlamConfig
+from tracker.geometry import rotation_of_euler
 
 CAMERA = PinholeCamera()
 START = PoseBelief(np.zeros(3), np.eye(3), np.zeros((6, 6)))

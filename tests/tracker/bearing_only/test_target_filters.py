@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from tracker.bearing_only.frames import rotation_of_vector
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observation import view_target
 from tracker.bearing_only.pilot import TARGET_FILTERS
 from tracker.bearing_only.target_filter import TargetNoise, correct
 from tracker.bearing_only.target_mixture import MixtureFilter
+from tracker.geometry import rotation_of_vector
 
 CAMERA, DT = PinholeCamera(), 0.05
 ZERO = np.zeros((6, 6))

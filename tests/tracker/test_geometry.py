@@ -4,9 +4,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from tracker.bearing_only.frames import (
+from tracker.geometry import (
     R_BODY_CAMERA,
     camera_rotation,
+    least_rotation,
+    project,
+    rays_of,
+    rotation_about_fixed_axes,
     rotation_of_euler,
     rotation_of_vector,
     skew,
@@ -47,3 +51,29 @@ def test_the_camera_looks_along_the_body_s_x_axis():
     assert np.array_equal(R_BODY_CAMERA @ [1.0, 0.0, 0.0], [0.0, -1.0, 0.0])  # right is -left
     assert np.array_equal(R_BODY_CAMERA @ [0.0, 1.0, 0.0], [0.0, 0.0, -1.0])  # down is -up
     assert np.isclose(np.linalg.det(camera_rotation(np.eye(3))), 1.0)
+
+
+def test_turns_about_fixed_axes_follow_the_order():
+    """90 degrees about x send y to z; those about y then z to x, or come too early."""
+    angles = np.array([90.0, 90.0, 0.0])
+    y = np.array([0.0, 1.0, 0.0])
+    np.testing.assert_allclose(rotation_about_fixed_axes("xyz", angles) @ y, [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(rotation_about_fixed_axes("yxz", angles) @ y, [0, 0, 1], atol=1e-12)
+
+
+@given(arrays(float, (2, 3), elements=st.floats(0.1, 3.0)))
+def test_the_least_rotation_turns_about_the_common_normal(pair):
+    start, end = pair
+    R = least_rotation(start, end)
+    aligned = R @ start / np.linalg.norm(start)
+    np.testing.assert_allclose(aligned, end / np.linalg.norm(end), atol=1e-9)
+    normal = np.cross(start, end)
+    np.testing.assert_allclose(R @ normal, normal, atol=1e-7)
+
+
+@given(arrays(float, (2, 2), elements=st.floats(0.0, 480.0)), st.floats(0.5, 80.0))
+def test_rays_and_pixels_are_inverse(pixels, depth_m):
+    K = np.array([[525.0, 0.0, 319.5], [0.0, 500.0, 239.5], [0.0, 0.0, 1.0]])
+    rays = rays_of(pixels, K)
+    np.testing.assert_allclose(rays @ K.T, np.column_stack([pixels, [1.0, 1.0]]), atol=1e-9)
+    np.testing.assert_allclose(project(depth_m * rays, K), pixels, atol=1e-9)

@@ -1,8 +1,7 @@
-"""Frames and rotations.
+"""Rotations, and the pinhole camera without distortion.
 
-World; body: x forward, y left, z up; camera: x right, y down, z forward.
-
-A rotation `R_a_b` takes vectors of frame b into frame a. Every function broadcasts over leading
+Frames: the camera has x right, y down and z forward (OpenCV); a body has x forward, y left and z
+up. A rotation `R_a_b` takes vectors of frame b into frame a. Every function broadcasts over leading
 axes. [Wu2022] calls R(q) "world to robot" in Eq. 2 and multiplies body increments by it, so it is
 `R_world_body`; its Eqs. 25 to 36 need z along the optical axis, so R^(W->R) there is
 `R_camera_world`, while x is forward in its Eqs. 13 and 15.
@@ -15,6 +14,7 @@ import math
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 R_BODY_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """Columns: the camera's axes in the body; R^(C->R) of [Wu2022] Eq. 12."""
@@ -45,6 +45,31 @@ def rotation_of_euler(phi_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     phi = np.ascontiguousarray(phi_rad, float)
     return _of_eulers(phi.reshape(-1, 3)).reshape(*phi.shape, 3)
+
+
+def rotation_about_fixed_axes(order: str, angles_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3, 3) rotations by turns about the fixed axes x, y and z, taken in an order like `"xyz"`.
+
+    `angles_deg` (n, 3) are those about x, y and z, whatever the order.
+    """
+    in_order = angles_deg[..., ["xyz".index(axis) for axis in order]]
+    return Rotation.from_euler(order, in_order, degrees=True).as_matrix()
+
+
+def least_rotation(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) rotation by the least angle that takes the direction of `start` (3,) to `end` (3,)."""
+    return Rotation.align_vectors(end[None], start[None])[0].as_matrix()
+
+
+def project(points: NDArray[np.float64], K: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(..., 2) pixels of points (..., 3) in the frame of the camera with intrinsics K (3, 3)."""
+    return K[:2, 2] + K.diagonal()[:2] * points[..., :2] / points[..., 2:]
+
+
+def rays_of(pixels: NDArray[np.float64], K: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(..., 3) rays through pixels (..., 2) in the camera's frame, with z = 1."""
+    xy = (pixels - K[:2, 2]) / K.diagonal()[:2]
+    return np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], axis=-1)
 
 
 def camera_rotation(R_world_body: NDArray[np.float64]) -> NDArray[np.float64]:
