@@ -104,10 +104,10 @@ def trial_settings(job: SweepTrial) -> Mapping[str, object]:
 def tracker_settings(name: str) -> object:
     """The settings of a tracker of the loop and, of one from outside, its source."""
     from tracker.belt.registry import get_tracker_config
-    from tracker.peers.outside import is_outside, source_of
+    from tracker.peers.outside import is_outside, outside_source
 
     config = get_tracker_config(name)
-    return {"config": config, "source": source_of(name)} if is_outside(name) else config
+    return {"config": config, "source": outside_source(name)} if is_outside(name) else config
 
 
 def known_columns(job: SweepTrial) -> dict[str, Any]:

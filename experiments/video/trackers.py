@@ -10,7 +10,7 @@ import numpy as np
 from tracker.box_tracker import BoxTracker
 from tracker.checks import require_known
 from tracker.peers.baselines import BASELINES, Baseline
-from tracker.peers.outside import get_box_finder, is_outside, source_of
+from tracker.peers.outside import get_box_finder, is_outside, outside_source
 from tracker.video.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker
 from tracker.video.registry import BOX_TRACKERS
 from tracker.video.variants import VARIANTS
@@ -42,7 +42,7 @@ def get_video_tracker(name: str) -> VideoTracker:
     """The row of that name, or the tracker at that import path; ValueError for neither."""
     if is_outside(name):
         found = get_box_finder(name)
-        return VideoTracker(found.description, found.make, settings={"source": source_of(name)})
+        return VideoTracker(found.description, found.make, settings={"source": outside_source(name)})
     require_known("tracker", name, VIDEO_TRACKERS)
     return VIDEO_TRACKERS[name]
 

@@ -10,9 +10,13 @@ so check `is_valid` before `log` where particles may have strayed.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from tracker.affine import aff2_loops as loops
+from tracker.affine import aff2_loops
+
+_loops: Any = aff2_loops  # the result of a generalised ufunc has no type
 
 _quietly = np.errstate(all="ignore")
 """An element without a logarithm gives NaN, not a warning."""
@@ -46,7 +50,7 @@ def vee(M: np.ndarray) -> np.ndarray:
 @_quietly
 def is_valid(X: np.ndarray, det_range: tuple[float, float] = (1e-9, 1e9)) -> np.ndarray:
     """(...,) True where X is finite and det A lies inside `det_range`."""
-    return loops.is_valid(X, *det_range)
+    return _loops.is_valid(X, *det_range)
 
 
 def compose(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
@@ -80,13 +84,13 @@ def log(X: np.ndarray) -> np.ndarray:
 @_quietly
 def difference(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     """(..., 6) tangent vector `vee log(X^-1 Y)` that leads from X to Y."""
-    return loops.difference(X, Y, _TANGENT)
+    return _loops.difference(X, Y, _TANGENT)
 
 
 @_quietly
 def perturb(X: np.ndarray, e: np.ndarray) -> np.ndarray:
     """(..., 3, 3) right perturbation `X exp(hat(e))`. [IGPF2021] Eq (18)."""
-    return loops.perturb(X, e)
+    return _loops.perturb(X, e)
 
 
 def adjoint(X: np.ndarray) -> np.ndarray:
@@ -125,13 +129,13 @@ def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
     block, tau +- sqrt(D). Densities on this non-unimodular group need it: both the prior and the
     proposal must be taken against the same measure.
     """
-    return loops.log_det_right_jacobian(e)
+    return _loops.log_det_right_jacobian(e)
 
 
 @_quietly
 def advance(X: np.ndarray, Y: np.ndarray, share: float) -> np.ndarray:
     """(..., 3, 3) elements Y moved on by a share of the tangent vectors from X to Y."""
-    return loops.advance(X, Y, share)
+    return _loops.advance(X, Y, share)
 
 
 def mean(X: np.ndarray, weights: np.ndarray, iterations: int = 2) -> np.ndarray:
@@ -142,7 +146,7 @@ def mean(X: np.ndarray, weights: np.ndarray, iterations: int = 2) -> np.ndarray:
     half a turn away) count as if they were at the mean. [Kwon2010]
     """
     Xbar = np.empty((3, 3))
-    loops.mean(np.ascontiguousarray(X, float), weights, iterations, Xbar)
+    _loops.mean(np.ascontiguousarray(X, float), weights, iterations, Xbar)
     return Xbar
 
 
@@ -152,7 +156,7 @@ def covariance(X: np.ndarray, weights: np.ndarray, centre: np.ndarray) -> np.nda
     Elements of X (n, 3, 3) without a logarithm there count as if they were at `centre`.
     """
     result = np.empty((6, 6))
-    loops.covariance(np.ascontiguousarray(X, float), weights, centre, result)
+    _loops.covariance(np.ascontiguousarray(X, float), weights, centre, result)
     return result
 
 
@@ -162,13 +166,13 @@ def polar(X: np.ndarray) -> np.ndarray:
 
     The 2x2 block is split as `R(angle) exp(symmetric)`; x and y are those of the matrix.
     """
-    return loops.polar(X, _TANGENT)
+    return _loops.polar(X, _TANGENT)
 
 
 @_quietly
 def from_polar(p: np.ndarray) -> np.ndarray:
     """(..., 3, 3) warps of affine parameters (..., 6); inverse of `polar`."""
-    return loops.from_polar(p, np.eye(3))
+    return _loops.from_polar(p, np.eye(3))
 
 
 def similarity(scale: float, angle_rad: float, centre: np.ndarray) -> np.ndarray:

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
-from numba import guvectorize, njit
+from numba import njit
 
 _TAYLOR_TERMS = 13
 _SERIES_BELOW = 1e-6
@@ -189,19 +190,19 @@ def _cosine_sine(D: float) -> tuple[float, float]:
     return math.cos(q), math.sin(q) / q
 
 
-@guvectorize("(f8[:,:], f8[:,:], f8[:], f8[:])", "(i,i),(i,i),(k)->(k)", cache=True)
+@numba.guvectorize("(f8[:,:], f8[:,:], f8[:], f8[:])", "(i,i),(i,i),(k)->(k)", cache=True)
 def difference(X: np.ndarray, Y: np.ndarray, like: np.ndarray, out: np.ndarray) -> None:
     """Tangent vector (6,) from X to Y (3, 3)."""
     difference_one(X, Y, out)
 
 
-@guvectorize("(f8[:,:], f8[:], f8[:,:])", "(i,i),(k)->(i,i)", cache=True)
+@numba.guvectorize("(f8[:,:], f8[:], f8[:,:])", "(i,i),(k)->(i,i)", cache=True)
 def perturb(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
     """X exp(hat(e)) (3, 3) of X (3, 3) and e (6,)."""
     perturb_one(X, e, out)
 
 
-@guvectorize("(f8[:,:], f8[:,:], f8, f8[:,:])", "(i,i),(i,i),()->(i,i)", cache=True)
+@numba.guvectorize("(f8[:,:], f8[:,:], f8, f8[:,:])", "(i,i),(i,i),()->(i,i)", cache=True)
 def advance(X: np.ndarray, Y: np.ndarray, share: float, out: np.ndarray) -> None:
     """Y (3, 3) moved on by a share of the tangent vector from X to Y."""
     e = np.empty(6)
@@ -211,13 +212,13 @@ def advance(X: np.ndarray, Y: np.ndarray, share: float, out: np.ndarray) -> None
     perturb_one(Y, e, out)
 
 
-@guvectorize("(f8[:], f8[:])", "(k)->()", cache=True)
+@numba.guvectorize("(f8[:], f8[:])", "(k)->()", cache=True)
 def log_det_right_jacobian(e: np.ndarray, out: np.ndarray) -> None:
     """ln |det Jr| at a tangent vector (6,)."""
     out[0] = log_det_right_jacobian_one(e)
 
 
-@guvectorize("(f8[:,:], f8, f8, b1[:])", "(i,i),(),()->()", cache=True)
+@numba.guvectorize("(f8[:,:], f8, f8, b1[:])", "(i,i),(),()->()", cache=True)
 def is_valid(X: np.ndarray, low: float, high: float, out: np.ndarray) -> None:
     """True where X (3, 3) is finite and det A from `low` to `high`."""
     det = X[0, 0] * X[1, 1] - X[0, 1] * X[1, 0]
@@ -228,7 +229,7 @@ def is_valid(X: np.ndarray, low: float, high: float, out: np.ndarray) -> None:
     out[0] = (low <= det <= high) and total < math.inf
 
 
-@guvectorize("(f8[:,:], f8[:], f8[:])", "(i,i),(k)->(k)", cache=True)
+@numba.guvectorize("(f8[:,:], f8[:], f8[:])", "(i,i),(k)->(k)", cache=True)
 def polar(X: np.ndarray, like: np.ndarray, out: np.ndarray) -> None:
     """Affine parameters (6,) of an element (3, 3)."""
     a, b, c, d = X[0, 0], X[0, 1], X[1, 0], X[1, 1]
@@ -243,7 +244,7 @@ def polar(X: np.ndarray, like: np.ndarray, out: np.ndarray) -> None:
     out[4], out[5] = X[0, 2], X[1, 2]
 
 
-@guvectorize("(f8[:], f8[:,:], f8[:,:])", "(k),(i,i)->(i,i)", cache=True)
+@numba.guvectorize("(f8[:], f8[:,:], f8[:,:])", "(k),(i,i)->(i,i)", cache=True)
 def from_polar(p: np.ndarray, like: np.ndarray, out: np.ndarray) -> None:
     """Element (3, 3) of affine parameters (6,)."""
     c, s = _cosine_sine(p[1] ** 2 + p[3] ** 2)

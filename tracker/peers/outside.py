@@ -11,10 +11,13 @@ loop the images are the overhead ones, and detection and reconstruction are thos
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import inspect
 import sys
+from modulefinder import ModuleFinder
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -22,6 +25,10 @@ import numpy as np
 from tracker.box_tracker import BoxEstimate
 from tracker.checks import require_known
 from tracker.peers.baselines import BASELINES, Baseline
+
+_THIS_PROJECT = ("sim", "tracker", "experiments")
+_LOADED_SOURCE = "__source_when_loaded__"
+"""Attribute of a loaded module by which an edit of its source is noticed."""
 
 
 def is_outside(name: str) -> bool:
@@ -42,18 +49,32 @@ def get_box_finder(name: str) -> Baseline:
     return Baseline(f"{name}, from outside", lambda rng: _OutsideFinder(found(rng)), is_random=True)
 
 
-def source_of(name: str) -> str:
-    """Text of the module of an outside tracker: with other text its results are others."""
-    return inspect.getsource(sys.modules[_load(name).__module__])
+def outside_source(name: str) -> str:
+    """The text of all modules of an outside tracker: with another text its results are others.
+
+    These are its own module and those that it imports, directly or not, from the same top-level
+    package or, where that is not installed, from the same folder; in the order of their names.
+    Data files and compiled modules do not count.
+    """
+    _load(name)
+    return _source(sys.modules[name.partition(":")[0]])
 
 
 def _load(name: str) -> Any:
+    """The class at an import path, fresh if its source was edited since it was loaded."""
     module_name, _, class_name = name.partition(":")
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.insert(0, here)
     try:
         module = importlib.import_module(module_name)
+        source = _source(module)
+        if vars(module).setdefault(_LOADED_SOURCE, source) != source:
+            for other in _own_modules(module):
+                sys.modules.pop(other, None)
+            importlib.invalidate_caches()
+            module = importlib.import_module(module_name)
+            setattr(module, _LOADED_SOURCE, source)
     except ImportError as error:
         raise ValueError(f"tracker {name!r}: {error}") from error
     found = getattr(module, class_name, None)
@@ -63,6 +84,38 @@ def _load(name: str) -> Any:
         if not callable(getattr(found, method, None)):
             raise ValueError(f"tracker {name!r}: {class_name} has no method {method!r}")
     return found
+
+
+def _source(module: ModuleType) -> str:
+    files = _own_modules(module)
+    return "".join(Path(files[name]).read_text(encoding="utf-8") for name in sorted(files))
+
+
+def _own_modules(module: ModuleType) -> dict[str, str]:
+    """Name and file of the module, and of what it imports from its own package or folder."""
+    top = sys.modules[module.__name__.partition(".")[0]]
+    folder = Path(top.__path__[0] if hasattr(top, "__path__") else str(top.__file__)).parent
+    finder = _OwnModuleFinder([str(folder)], excludes=_THIS_PROJECT)
+    finder.only = top.__name__ if folder.name in ("site-packages", "dist-packages") else None
+    with contextlib.suppress(ImportError, SyntaxError):  # of what is not imported, or not so
+        finder.import_hook(module.__name__)
+    modules: dict[str, Any] = finder.modules | {module.__name__: module}
+    files: dict[str, str | None] = {name: found.__file__ for name, found in modules.items()}
+    return {name: file for name, file in files.items() if file and file.endswith(".py")}
+
+
+class _OwnModuleFinder(ModuleFinder):
+    """Reads import statements, and finds modules in its path alone, none of the standard library.
+
+    Among installed packages it finds that of the name `only`.
+    """
+
+    only: str | None = None
+
+    def find_module(self, name: str, path: Any, parent: Any = None) -> Any:
+        if parent is None and self.only not in (None, name):
+            raise ImportError(name)
+        return super().find_module(name, path, parent)
 
 
 class _OutsideFinder:

@@ -1,12 +1,13 @@
 """Trackers from outside: found by import path, taken for what they return, told what is wrong."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tracker.belt.registry import get_tracker_config
-from tracker.peers.outside import get_box_finder, is_outside, source_of
+from tracker.peers.outside import get_box_finder, is_outside, outside_source
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
 RNG = np.random.default_rng(0)
@@ -20,7 +21,9 @@ def shelf(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.modules", dict(__import__("sys").modules))
 
     def put(name: str, text: str) -> None:
-        (tmp_path / f"{name}.py").write_text(text)
+        path = tmp_path / f"{name.replace('.', '/')}.py"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
 
     return put
 
@@ -55,7 +58,59 @@ def test_names_with_a_colon_are_import_paths():
 def test_a_found_class_is_a_tracker_of_the_loop(monkeypatch):
     monkeypatch.chdir(EXAMPLES)
     assert get_tracker_config("corner_flow:CornerFlow").baseline == "corner_flow:CornerFlow"
-    assert "class CornerFlow" in source_of("corner_flow:CornerFlow")
+    assert "class CornerFlow" in outside_source("corner_flow:CornerFlow")
+
+
+TRACKER = """
+import json
+import numpy as np
+from helper import REACH
+class It:
+    reach = REACH
+    def __init__(self, rng): ...
+    def start(self, image, box): ...
+    def find(self, image): ...
+"""
+
+
+def test_the_source_of_a_tracker_covers_what_it_imports_from_its_folder(shelf):
+    shelf("deeper", "STEP = 1")
+    shelf("helper", "import tracker.affine.aff2\nfrom deeper import STEP\nREACH = 2 * STEP")
+    shelf("mine", TRACKER)
+    shelf("unused", "NOTHING = 0")
+    text = outside_source("mine:It")
+    assert text.index("STEP = 1") < text.index("REACH = 2") < text.index("class It")
+    assert "NOTHING" not in text and "def perturb" not in text and "JSONDecoder" not in text
+    shelf("deeper", "STEP = 100")
+    assert outside_source("mine:It") == text.replace("STEP = 1", "STEP = 100")
+
+
+def test_the_source_of_a_tracker_in_a_package_covers_relative_imports(shelf):
+    shelf("pack.__init__", "")
+    shelf("pack.mine", TRACKER.replace("helper", ".helper"))
+    shelf("pack.helper", "REACH = 5")
+    assert "REACH = 5" in outside_source("pack.mine:It")
+
+
+def test_other_installed_packages_are_no_source(tmp_path, monkeypatch, shelf):
+    installed = tmp_path / "site-packages"
+    installed.mkdir()
+    for name, text in [("mine", TRACKER), ("helper", "REACH = 5")]:
+        (installed / f"{name}.py").write_text(text)
+    monkeypatch.setattr("sys.path", [str(installed)])
+    text = outside_source("mine:It")
+    assert "class It" in text and "REACH = 5" not in text
+
+
+def test_an_edit_is_noticed_in_the_same_process(shelf):
+    shelf("helper", "REACH = 2")
+    shelf("mine", TRACKER)
+    reach = []
+    for number in ("2", "300"):
+        shelf("helper", f"REACH = {number}")
+        outside_source("mine:It")
+        reach.append(sys.modules["mine"].It.reach)
+    assert reach == [2, 300]
 
 
 @pytest.mark.parametrize(
