@@ -1,10 +1,16 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tracker.belt.backproject import TargetPose
-from tracker.belt.prediction import PREDICTORS, PredictorConfig, make_predictor
+from tracker.belt.prediction import (
+    PREDICTORS,
+    KalmanConstantVelocity,
+    PredictorConfig,
+    make_predictor,
+)
 
 
 def pose(time_s, position, yaw=0.0):
@@ -173,3 +179,45 @@ def test_unknown_names_list_the_valid_ones():
 def test_bad_settings_are_refused(field, value):
     with pytest.raises(ValueError, match=field):
         PredictorConfig("", PREDICTORS["kalman"].make, **{field: value})
+
+
+def batch_estimate(times_s, z, variances, psd, velocity_variance):
+    """Position and velocity at the last of n times, from all n positions at once.
+
+    The first position is the prior mean, at rest. The position is then a Gaussian process: the
+    integral of a Wiener process with spectral density `psd`, and a line with random coefficients.
+    """
+    t = times_s[1:] - times_s[0]
+    early, late = np.minimum.outer(t, t), np.maximum.outer(t, t)
+    line = variances[0] + velocity_variance * np.outer(t, t)
+    positions = line + psd * early**2 * (3.0 * late - early) / 6.0
+    with_velocity = velocity_variance * t + psd * t**2 / 2.0
+    gain = np.linalg.solve(positions + np.diag(variances[1:]), z[1:] - z[0])
+    return z[0] + positions[-1] @ gain, with_velocity @ gain
+
+
+def test_the_kalman_filter_is_the_batch_estimate_of_its_model():
+    """A recursion with a wrong covariance has other gains, and another estimate."""
+    rng = np.random.default_rng(0)
+    times_s = np.cumsum(rng.uniform(0.02, 0.3, 12))
+    z = np.cumsum(rng.standard_normal((12, 4)), axis=0) * [0.02, 0.02, 0.003, 0.05]
+    deviations = rng.uniform(0.5, 5.0, (12, 4)) * [1e-3, 2e-3, 3e-3, 2e-2]
+    predictor = make_predictor("kalman")
+    for time_s, place, deviation in zip(times_s, z, deviations, strict=True):
+        covariance = np.diag(deviation**2)
+        predictor.update(replace(pose(time_s, place[:3], place[3]), covariance=covariance))
+        if time_s == times_s[0]:
+            continue
+        n = int(np.searchsorted(times_s, time_s)) + 1
+        found = predictor.predict(time_s)
+        for axis in range(4):
+            position, velocity = batch_estimate(
+                times_s[:n],
+                z[:n, axis],
+                deviations[:n, axis] ** 2 + KalmanConstantVelocity._floor[axis],
+                PREDICTORS["kalman"].acceleration_psd[axis],
+                KalmanConstantVelocity._initial_velocity_variance[axis],
+            )
+            assert [*found.position_m, found.yaw_rad][axis] == pytest.approx(position, rel=1e-9)
+            rates = [*found.velocity_mps, found.yaw_rate_radps]
+            assert rates[axis] == pytest.approx(velocity, rel=1e-7, abs=1e-12)
