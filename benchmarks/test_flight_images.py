@@ -10,7 +10,7 @@ import pytest
 from sim.bearing_only.hall_camera import HallCamera, HallCameraConfig
 from tracker.bearing_only.camshift import CamShift, ColourModel
 from tracker.bearing_only.corners import CornerTracker
-from tracker.bearing_only.eye import Eye
+from tracker.bearing_only.image_sensor import ImageSensor
 
 IMAGES = 40
 TARGET = np.array([0.0, 15.0, 1.0])
@@ -67,4 +67,4 @@ def test_follow_corners(benchmark, images):
 
 def test_look(benchmark, camera, images):
     """Target, corners and the test of the corners by each other."""
-    shown(benchmark, images, Eye(camera.portrait()).look)
+    shown(benchmark, images, ImageSensor(camera.portrait()).look)

@@ -15,7 +15,7 @@ from experiments.video.trackers import VIDEO_TRACKERS
 from tracker.affine import filter as particle_filter
 from tracker.affine.filter import ParticleFilter
 from tracker.affine.likelihood import TemplateObservation
-from tracker.affine.matching import PatchMatcher
+from tracker.affine.patches import PatchMatcher
 from tracker.affine.proposal import GaussianProposal, PriorProposal
 from tracker.video.particle_box_tracker import ParticleBoxTracker
 from tracker.video.registry import BOX_TRACKERS

@@ -14,7 +14,7 @@ from experiments.bearing_only.image_senses import ImageSenses
 from experiments.bearing_only.top_view import Colour, TopView
 from experiments.report.movie import INK, caption
 from tracker.bearing_only.camshift import SightingStatus
-from tracker.bearing_only.eye import Glimpse
+from tracker.bearing_only.image_sensor import ImageMeasurement
 
 _TAIL = 10
 """Images back over which a landmark's way is drawn."""
@@ -85,7 +85,7 @@ def colour_of(name: int) -> Colour:
     return red, green, blue
 
 
-def _draw_target(image: NDArray[np.uint8], glimpse: Glimpse) -> None:
+def _draw_target(image: NDArray[np.uint8], glimpse: ImageMeasurement) -> None:
     """CamShift's window and the centroid that the pilot gets."""
     sighting = glimpse.sighting
     if sighting.window is None or sighting.centre_px is None:

@@ -21,7 +21,7 @@ _loops: Any = aff2_loops  # the result of a generalised ufunc has no type
 _quietly = np.errstate(all="ignore")
 """An element without a logarithm gives NaN, not a warning."""
 _TANGENT = np.empty(6)
-"""Its shape tells a compiled function the length of its result."""
+"""An argument of which only the shape counts: that of the result of a compiled function."""
 
 
 def hat(e: np.ndarray) -> np.ndarray:

@@ -137,7 +137,7 @@ class ParticleFilter:
         self._variance_rate = np.square(config.noise_per_root_s)
         self._state: FilterState | None = None
         self.collector: Collector | None = None
-        """Called at each resampling; None where nobody asks."""
+        """What is called at each resampling; None for nothing."""
 
     @property
     def particles(self) -> Particles:

@@ -1,4 +1,4 @@
-"""Uphill on the likelihood of one image, without a prior."""
+"""Gauss-Newton ascent of the likelihood of one image, without a prior."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker.affine import aff2
-from tracker.affine.matching import Layers, PatchFit, PatchMatcher
+from tracker.affine.patches import Layers, PatchFit, PatchMatcher
 from tracker.checks import require_positive
 
 
@@ -157,14 +157,14 @@ class PyramidObservation:
     """The same image under falling blur: far from the target the coarse levels lead to it."""
 
     levels: tuple[Observation, ...]
-    """From coarse to fine."""
+    """The observations from coarse to fine."""
 
     def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
-        """(n,) of the finest level."""
+        """See `Observation`; the finest level decides."""
         return self.levels[-1].log_likelihood(warps)
 
     def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Of the level of that number."""
+        """See `Observation`; `iteration` is the number of the level."""
         return self.levels[iteration].linearise(warps)
 
 

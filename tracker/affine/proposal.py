@@ -25,9 +25,9 @@ class Draw:
     """New particles and the log ratio of prior to proposal density."""
 
     warps: np.ndarray
-    """(n, 3, 3)"""
+    """(n, 3, 3) particles."""
     log_ratio: np.ndarray
-    """(n,)"""
+    """(n,) log of the prior density less that of the proposal density."""
 
 
 class Proposal(Protocol):

@@ -16,7 +16,7 @@ from tracker.apple.hypotheses import (
 from tracker.apple.outline_model import OutlineModel
 
 _LONGEST_TILT = 0.5
-"""Of the axis in one step [rad]."""
+"""Longest turn of the axis in one step [rad]."""
 _SMALL_GAIN = 1e-3
 """Steps that lower half the sum of squares by less are the last ones."""
 _STUCK = 1e4

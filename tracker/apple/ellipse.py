@@ -14,13 +14,13 @@ import numpy as np
 
 _SAMPLES = 64
 _SCORED = 100
-"""So many points, evenly taken, tell which sample is the best; the fit takes all."""
+"""Number of points by which samples are compared, evenly taken; the fit takes all points."""
 _LEAST_RATIO = 0.70
 """An apple looks rounder than this from every side."""
 _TRACE = 1e-9
-"""Of the unit matrix, beside terms of the size of 1."""
+"""Share of the unit matrix that is added to a matrix with terms of the size of 1."""
 _LARGEST_STEP = np.array([20.0, 20.0, 0.2, 0.2, 0.5])
-"""Of the centre [px], the logarithms of the semi-axes and the turn, in one step."""
+"""Largest change of the centre [px], log semi-axes and turn [rad] in one step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class FittedEllipse:
     semi_axes_px: np.ndarray
     """(2,) major, minor."""
     major_angle_rad: float
-    """From +u towards +v, in [0, pi)."""
+    """Direction of the major axis from +u towards +v, in [0, pi)."""
     covariance: np.ndarray
     """(5, 5) of u, v [px], log major, log minor, angle [rad]."""
     is_inlier: np.ndarray

@@ -31,7 +31,7 @@ class PointFilterConfig:
     walk_sigma_cm: float = 1.75
     """Deviation of each coordinate of E in Eq. (10)."""
     particle_count: int = 200
-    """Of the particle filter alone; the published number."""
+    """Number of particles of the particle filter; the published one."""
 
     def __post_init__(self) -> None:
         require_positive(self, "measurement_sigma_cm", "walk_sigma_cm")

@@ -25,22 +25,22 @@ class Hypotheses:
     """Fruits and pose errors, S of them."""
 
     centre_m: np.ndarray
-    """(S, 3)"""
+    """(S, 3) middle of the fruit in the robot's frame."""
     axis: np.ndarray
-    """(S, 3) from calyx to stem."""
+    """(S, 3) unit vectors from calyx to stem."""
     log_radius: np.ndarray
-    """(S,) of metres."""
+    """(S,) logarithm of the equatorial radius [m]."""
     log_aspect: np.ndarray
-    """(S,)"""
+    """(S,) logarithm of height over diameter."""
     edge_px: np.ndarray
-    """(S,) outwards."""
+    """(S,) shift of all outlines, outwards."""
     depth: np.ndarray
     """(S,) distance of the calyx from the middle, relative to half the fruit's height."""
     pose_error: np.ndarray
     """(S, V, 6) turn and shift of each camera in units of their deviations."""
 
     def moved(self, shared: np.ndarray, per_view: np.ndarray) -> Hypotheses:
-        """After steps (S, 9) and (S, V, 6)."""
+        """Returns the hypotheses after steps (S, 9) and (S, V, 6)."""
         tilt = (tangent_basis(self.axis) @ shared[:, AXIS, None])[..., 0]
         return Hypotheses(
             self.centre_m + shared[:, CENTRE],
@@ -53,11 +53,11 @@ class Hypotheses:
         )
 
     def where(self, chosen: np.ndarray, other: Hypotheses) -> Hypotheses:
-        """These where `chosen` (S,), the others elsewhere."""
+        """Returns these hypotheses where `chosen` (S,), the others elsewhere."""
         return chosen_of(chosen, self, other)
 
     def take(self, index: np.ndarray) -> Hypotheses:
-        """Those of an index array."""
+        """Returns the hypotheses of an index array."""
         return Hypotheses(*(array[index] for array in arrays_of(self)))
 
     def flipped(self) -> Hypotheses:
@@ -87,7 +87,7 @@ Arrays = TypeVar("Arrays", Hypotheses, NormalEquations)
 
 
 def chosen_of(chosen: np.ndarray, first: Arrays, second: Arrays) -> Arrays:
-    """The first where `chosen` (S,), the second elsewhere."""
+    """Returns the first array where `chosen` (S,), the second elsewhere."""
     pairs = zip(arrays_of(first), arrays_of(second), strict=True)
     return type(first)(*(np.where(chosen.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in pairs))
 

@@ -58,7 +58,7 @@ class OutlineModel:
         return self._with_priors(hypotheses, cost, matrix, gradient)
 
     def information(self, hypotheses: Hypotheses) -> np.ndarray:
-        """(S, 9, 9) what the views tell each hypothesis, errors of their poses allowed for."""
+        """(S, 9, 9) information of the views on each hypothesis, their pose errors eliminated."""
         system = self.evaluate(hypotheses, np.inf)
         return without_views(system)[0] - np.diag(self._prior_inverse() ** 2)
 

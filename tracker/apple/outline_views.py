@@ -13,7 +13,7 @@ from tracker.checks import require_count, require_positive
 from tracker.geometry import rays_of
 
 _ELLIPSE_POINTS = 64
-"""Taken from the ellipse of a view that tells no outline points."""
+"""Number of points taken from the ellipse of a view without outline points."""
 _WHOLE = 0.95
 """Share of the outline in sight from which a view without `skin_px` counts as bare skin."""
 
@@ -122,7 +122,7 @@ def _ellipse(view: FruitView) -> tuple[np.ndarray, np.ndarray, float]:
 
 
 def _outline_points(view: FruitView) -> np.ndarray:
-    """(n, 2) the points that were found, or the ellipse's where a view tells none."""
+    """(n, 2) the points that were found, or the ellipse's where a view has none."""
     if len(view.contour_px):
         return view.contour_px
     centre, semi_axes, angle = _ellipse(view)
@@ -146,7 +146,7 @@ def _normals(view: FruitView, points: np.ndarray) -> np.ndarray:
 
 
 def _thinned(points: np.ndarray, count: int) -> np.ndarray:
-    """At most so many of the points, evenly chosen."""
+    """Returns at most so many of the points, evenly chosen."""
     if len(points) <= count:
         return points
     return points[np.linspace(0, len(points) - 1, count).round().astype(int)]

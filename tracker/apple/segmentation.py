@@ -23,12 +23,12 @@ _BINS = 36
 
 @dataclass(frozen=True)
 class SegmentationConfig:
-    """Colours and sizes by which a fruit is told from what is around it."""
+    """Colours and sizes that separate a fruit from what is around it."""
 
     red_ratio: float = 1.65
     """Skin has so much more red than green or blue."""
     red_margin_levels: float = 6.0
-    """And so many grey levels on top."""
+    """Grey levels that skin must have on top of that ratio."""
     green_ratio: float = 1.25
     """A leaf has so much more green than red or blue."""
     least_area_px: float = 150.0
@@ -71,7 +71,7 @@ class SegmentationConfig:
 
 @dataclass(frozen=True, eq=False)
 class _Scene:
-    """The part of the image around the fruit, told apart by colour: (h, w) uint8, 255 for yes."""
+    """Masks of the part of the image around the fruit, by colour: (h, w) uint8, 255 for yes."""
 
     left: int
     top: int

@@ -1,7 +1,7 @@
 """The fruit that explains its outlines and calyxes in all views at once.
 
 Each view's outline is the exact conic of a spheroid (`spheroid`), so points on any part of it will
-do: leaves in front take points away and bend nothing. What single views cannot tell, the tilt of
+do: leaves in front take points away and bend nothing. What single views cannot show, the tilt of
 the axis along the line of sight, shows in how the outline's shape changes from view to view, beside
 the aspect of this very fruit, which is fitted with it. Errors of the cameras' poses are fitted too,
 each within its declared deviation.
@@ -75,7 +75,7 @@ class AxisHypothesis:
 
     fruit: Spheroid
     probability: float
-    """Among the explanations that were found."""
+    """Probability among the explanations that were found."""
     axis_covariance: np.ndarray
     """(3, 3) [rad²] of small deviations of the axis in the robot's frame, 0 along it."""
     information: np.ndarray
@@ -87,12 +87,12 @@ class SilhouetteFit:
     """The best explanation, and what else the images allow."""
 
     hypotheses: tuple[AxisHypothesis, ...]
-    """The most probable first. An axis and its opposite stand apart only where images tell them
-    apart."""
+    """The explanations, the most probable first; an axis and its opposite are two only where the
+    images distinguish them."""
     residual_px: float
     """Robust root mean square of the outline points' distances."""
     is_sign_seen: bool
-    """Whether the images tell which end has the calyx; else the stem is taken to be up."""
+    """Whether the images show which end has the calyx; else the stem is taken to be up."""
 
     @property
     def fruit(self) -> Spheroid:
@@ -154,7 +154,7 @@ def _searched(sightings: Sequence[Sighting], config: SilhouetteFitConfig) -> Hyp
 
 
 def _starts(sightings: Sequence[Sighting], config: SilhouetteFitConfig) -> Hypotheses:
-    """The place and size that the ellipses tell, with axes all over the sphere."""
+    """Hypotheses with the place and size of the ellipses, and axes all over the sphere."""
     centre, radius = _triangulated(sightings, config.model)
     axes = _sphere(config.start_count)
     count = len(axes)

@@ -23,7 +23,7 @@ from tracker.geometry import rays_of
 
 _AT_CAMERA = CameraPose(np.eye(3), np.zeros(3))
 _ROUNDS = 4
-"""In which method 2 corrects the place of the fruit for its shape."""
+"""Rounds in which method 2 corrects the place of the fruit for its shape."""
 
 
 class Method(StrEnum):

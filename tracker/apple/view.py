@@ -1,7 +1,7 @@
 """What one image shows of a fruit, and where the camera was: all that an estimator gets.
 
 Frames: images in OpenCV pixels (u to the right, v down, the centre of the first pixel at 0, 0);
-the camera with x right, y down and z forward; the robot's base, in which attitudes are told.
+the camera with x right, y down and z forward; the robot's base, in which attitudes are stated.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class Sighting:
 
 
 def found(sightings: Sequence[Sighting]) -> list[Sighting]:
-    """Those with a fruit to use."""
+    """Returns the sightings with a fruit to use."""
     return [sighting for sighting in sightings if sighting.view.is_found]
 
 

@@ -1,7 +1,7 @@
 """The target by its colour: CamShift on the back-projection of its hues.
 
 Source: [Bradski1998]; [Wu2022] section 6.1.2 finds its target so, and gives no settings.
-Pixels are told as `PinholeCamera` has them; see `tracker.bearing_only.corners`.
+Pixels count as those of `PinholeCamera`; see `tracker.bearing_only.corners`.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _HUES = 180
 
 @dataclass(frozen=True)
 class CamShiftConfig:
-    """How the target is told from the rest."""
+    """How the target is separated from the rest."""
 
     bins: int = 36
-    """Of the histogram of hues."""
+    """Number of bins of the histogram of hues."""
     least_saturation: int = 110
-    """Of 255; the hue of a greyer pixel says nothing."""
+    """Saturation, of 255, below which the hue of a pixel says nothing."""
     least_value: int = 40
-    """Of 255; likewise for a darker one."""
+    """Value, of 255, below which the hue of a pixel says nothing."""
     least_area_px: float = 12.0
     """A smaller target is taken for noise."""
     least_density: float = 0.3

@@ -100,7 +100,7 @@ def manoeuvre_direction(
     pose: PoseBelief,
     target: TargetBelief,
     pixel_std_px: float,
-    whim: NDArray[np.float64],
+    normal: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """(..., 3) unit vector in the body's frame; zero for pure following.
 
@@ -110,11 +110,11 @@ def manoeuvre_direction(
         pose: Of the vehicle.
         target: Predicted to the next image.
         pixel_std_px: Noise of the target's pixel.
-        whim: (..., 3) random numbers: the random direction, or what breaks a tie.
+        normal: (..., 3) random numbers: the random direction, or what breaks a tie.
     """
-    across = _ACROSS * whim
+    across = _ACROSS * normal
     if kind == "none":
-        return np.zeros_like(whim)
+        return np.zeros_like(normal)
     if kind == "random":
         return unit(across)
     g = gain_gradient(kind, camera, pose, target, pixel_std_px)

@@ -1,6 +1,6 @@
 """Corners with names: detected, followed from image to image, and dropped where doubtful.
 
-Pixels are told as `PinholeCamera` has them: from the image's upper left edge, so that the middle of
+Pixels count as those of `PinholeCamera`: from the image's upper left edge, so that the middle of
 the first pixel is (0.5, 0.5). OpenCV counts from that middle.
 """
 
@@ -13,15 +13,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.bearing_only.album import SLOT_PX, PatchAlbum
 from tracker.bearing_only.measurements import FeatureObservation
+from tracker.bearing_only.patch_store import SLOT_PX, PatchStore
 from tracker.checks import require_count, require_positive, require_share
 
 Rectangle: TypeAlias = tuple[int, int, int, int]
 """Left, top, width and height [px] of a part of an image."""
 
 HALF_PX = 0.5
-"""From the middle of the first pixel, where OpenCV counts from, to the edge of the image."""
+"""Distance from the middle of the first pixel, OpenCV's origin, to the edge of the image."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class CornerTracker:
     def __init__(self, config: CornerConfig | None = None) -> None:
         self.config = config or CornerConfig()
         self._grey: NDArray[np.uint8] | None = None
-        self._album = PatchAlbum((SLOT_PX, SLOT_PX))
+        self._patches = PatchStore((SLOT_PX, SLOT_PX))
         self._points = np.empty((0, 2), np.float32)
         self._ids = np.empty(0, np.int64)
         self._slots = np.empty(0, np.int64)
@@ -109,10 +109,10 @@ class CornerTracker:
         if grey.ndim != 2 or grey.dtype != np.uint8:
             raise ValueError(f"grey must be (h, w) uint8, got {grey.shape} {grey.dtype}")
         if self._grey is None:
-            self._album = PatchAlbum((grey.shape[0], grey.shape[1]))
-            if len(self._album) < self.config.count:
+            self._patches = PatchStore((grey.shape[0], grey.shape[1]))
+            if len(self._patches) < self.config.count:
                 raise ValueError(
-                    f"count must be {len(self._album)} or fewer for images of {grey.shape[1]} x "
+                    f"count must be {len(self._patches)} or fewer for images of {grey.shape[1]} x "
                     f"{grey.shape[0]} px, got {self.config.count}"
                 )
         elif grey.shape != self._grey.shape:
@@ -131,14 +131,14 @@ class CornerTracker:
         """Moves the corners to where their first patches fit; drops those that do not fit."""
         if not len(self._points):
             return
-        start = self._album.centres_px[self._slots]
-        fitted, found, difference = self._flow((self._album.picture, now), start, self._points, 0)
+        start = self._patches.centres_px[self._slots]
+        fitted, found, difference = self._flow((self._patches.picture, now), start, self._points, 0)
         away = np.linalg.norm(fitted - self._points, axis=1)
         is_good = found & (away <= self.config.drift_px)
         is_good &= difference <= self.config.likeness_levels
         self._points = fitted
         for index in np.flatnonzero(is_good & (difference > self.config.renewal_levels)):
-            self._album.keep(int(self._slots[index]), now, fitted[index])
+            self._patches.keep(int(self._slots[index]), now, fitted[index])
         self._keep(is_good)
 
     def _flow(
@@ -196,9 +196,9 @@ class CornerTracker:
         fresh = np.asarray([] if found is None else found, np.float32).reshape(-1, 2)
         fresh = fresh[self._is_clear(fresh, grey.shape, avoid)]
         fresh = fresh[: self.config.count - len(self._points)]
-        slots = np.setdiff1d(np.arange(len(self._album)), self._slots)[: len(fresh)]
+        slots = np.setdiff1d(np.arange(len(self._patches)), self._slots)[: len(fresh)]
         for slot, point in zip(slots, fresh, strict=True):
-            self._album.keep(int(slot), grey, point)
+            self._patches.keep(int(slot), grey, point)
         self._points = np.concatenate([self._points, fresh])
         self._ids = np.concatenate([self._ids, self._next_id + np.arange(len(fresh))])
         self._slots = np.concatenate([self._slots, slots])

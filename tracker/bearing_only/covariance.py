@@ -50,7 +50,7 @@ class JointCovariance:
         return self._upper[np.minimum(rows, columns), np.maximum(rows, columns)]
 
     def variances(self, index: Index) -> Array:
-        """(...,): of the numbers at `index` (...,)."""
+        """(...,): variances of the numbers at `index` (...,)."""
         return self._upper[index, index]
 
     def move_pose(self, F: Array, Q: Array) -> None:

@@ -21,9 +21,9 @@ class LandmarkTable:
         self.starts = np.empty(0, np.int64)
         """The first of each landmark's numbers in the state."""
         self.tried = np.empty(0, np.int64)
-        """In how many images the landmark was measured."""
+        """Number of images in which each landmark was measured."""
         self.found = np.empty(0, np.int64)
-        """In how many of them the measurement was believed."""
+        """Number of these in which the measurement was believed."""
         self.last_seen = np.empty(0, np.int64)
         """Iteration of the last measurement."""
         self._order = np.empty(0, np.int64)

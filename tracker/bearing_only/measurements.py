@@ -170,7 +170,7 @@ class PoseBelief:
     position_m: NDArray[np.float64]
     """(..., 3): in the world."""
     R_world_body: NDArray[np.float64]
-    """(..., 3, 3)."""
+    """(..., 3, 3): orientation of the body in the world."""
     covariance: NDArray[np.float64]
     """(..., 6, 6) of the errors: position in the world [m], rotation vector in the body [rad]."""
 
@@ -182,7 +182,7 @@ class TargetBelief:
     position_m: NDArray[np.float64]
     """(..., 3): in the world."""
     velocity_mps: NDArray[np.float64]
-    """(..., 3)."""
+    """(..., 3): in the world."""
     covariance: NDArray[np.float64]
     """(..., 6, 6) of position and velocity."""
 

@@ -1,4 +1,4 @@
-"""Where to move so that the next pixel tells most about the target: the gradient of a gain.
+"""Where to move so that the next pixel says most about the target: the gradient of a gain.
 
 Two gains of a displacement of the vehicle, both at the predicted covariance P:
 

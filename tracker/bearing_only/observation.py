@@ -22,7 +22,7 @@ class TargetView:
     by_pose: NDArray[np.float64]
     """(..., 2, 6): by the error state of the pose; H^(r->z) of [Wu2022] Eq. 7."""
     is_in_front: NDArray[np.bool_]
-    """(...,)."""
+    """(...,): whether the target is in front of the camera."""
 
 
 def view_target(

@@ -87,7 +87,7 @@ class PilotConfig:
         require_count(self, "lost_after")
 
 
-class Whims(Protocol):
+class NormalDraws(Protocol):
     """Draws the (..., 3) standard normal numbers of a step."""
 
     def __call__(self) -> NDArray[np.float64]:
@@ -102,10 +102,10 @@ class BearingPilot:
     """
 
     def __init__(
-        self, config: PilotConfig, source: PoseSource, prior: TargetPrior, whims: Whims
+        self, config: PilotConfig, source: PoseSource, prior: TargetPrior, draws: NormalDraws
     ) -> None:
         self.config = config
-        self._source, self._prior, self._whims = source, prior, whims
+        self._source, self._prior, self._draws = source, prior, draws
         self._filter: TargetFilter | None = None
         self._wheels = None if config.drive is None else WheelDrive(config.drive)
         self._pose: PoseBelief | None = None
@@ -198,7 +198,7 @@ class BearingPilot:
             pose,
             predicted,
             self.config.target_noise.pixel_std_px,
-            self._whims(),
+            self._draws(),
         )
         if self.config.drive is not None:
             direction = unit(direction * np.array([1.0, 1.0, 0.0]))

@@ -16,7 +16,7 @@ Three: TypeAlias = np.ndarray | tuple[float, float, float]
 
 @njit(cache=True, error_model="numpy")
 def dot(a: Three, b: Three) -> float:
-    """Of three numbers each."""
+    """Returns the scalar product of two vectors (3,)."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -42,6 +42,6 @@ def sandwich(A: np.ndarray, P: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def inverse_and_determinant(S: np.ndarray) -> tuple[np.ndarray, float]:
-    """Of a (2, 2) matrix."""
+    """Returns inverse and determinant of a (2, 2) matrix."""
     determinant = S[0, 0] * S[1, 1] - S[0, 1] * S[1, 0]
     return np.array([[S[1, 1], -S[0, 1]], [-S[1, 0], S[0, 0]]]) / determinant, determinant

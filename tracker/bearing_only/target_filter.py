@@ -21,13 +21,13 @@ class TargetNoise:
     """What a target filter takes for granted about noise."""
 
     acceleration_std_mps2: float = 1.0
-    """Of the straight model, per axis. A circle of 8 m at 2 m/s has 0.5 m/s^2."""
+    """White acceleration of the straight model, per axis; a circle of 8 m at 2 m/s has 0.5."""
     pixel_std_px: float = 3.0
     """[Wu2022] Table 1."""
     turn_acceleration_std_mps2: float = 0.1
-    """Of the turn model, per axis: its turn rate explains the rest."""
+    """White acceleration of the turn model, per axis: its turn rate explains the rest."""
     turn_rate_std_radps: float = 0.5
-    """Of the turn rate before anything is known of it."""
+    """Deviation of the turn rate before anything is known of it."""
     turn_rate_drift_radps2: float = 0.02
     """How fast the turn rate changes [rad/s per square root of a second]."""
 
@@ -148,7 +148,7 @@ def inverse_2x2(S: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def determinant_2x2(S: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(...,) of (..., 2, 2) matrices."""
+    """(...,) determinants of (..., 2, 2) matrices."""
     return S[..., 0, 0] * S[..., 1, 1] - S[..., 0, 1] * S[..., 1, 0]
 
 

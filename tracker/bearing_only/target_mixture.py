@@ -17,7 +17,7 @@ from tracker.bearing_only.target_filter import (
 from tracker.bearing_only.target_models import acceleration_noise, straight_transition, turn
 
 STAY_PROBABILITY = 0.98
-"""That a target goes on in a step as it did in the last."""
+"""Probability that a target goes on in a step as it did in the last."""
 
 
 class MixtureFilter:

@@ -10,7 +10,7 @@ import numpy as np
 from tracker.affine import aff2
 from tracker.affine.filter import ParticleFilter
 from tracker.affine.likelihood import PhotometricNoise, TemplateObservation
-from tracker.affine.matching import Layers, PatchMatcher
+from tracker.affine.patches import Layers, PatchMatcher
 from tracker.affine.template import Template
 from tracker.base import Status, WarpEstimate
 from tracker.belt.detection import Sighting

@@ -1,8 +1,8 @@
 """What follows the target through the overhead images once it was found.
 
 A particle filter, nothing at all (the control arm `static`), or a tracker of boxes. A box has no
-rotation, and the camera tells the target's size: so a box moves the warp of the detection by the
-motion of its centre, while a tracker that knows an affine warp moves it by that.
+rotation, and the target's size is known from the camera: so a box moves the warp of the detection
+by the motion of its centre, while a tracker that knows an affine warp moves it by that.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class StaticFollower:
 
 
 class BoxFollower:
-    """A tracker of boxes, as it is: it is told neither what is hidden nor how fast things are."""
+    """A tracker of boxes as it is: it knows neither what is hidden nor how fast things are."""
 
     def __init__(self, tracker: HoldingTracker, template: Template, status: StatusConfig) -> None:
         self._tracker = tracker

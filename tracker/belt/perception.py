@@ -36,10 +36,10 @@ _AGREEMENT = 0.15
 
 @dataclass(frozen=True, eq=False)
 class TargetObservation:
-    """What one image told about the target."""
+    """What the tracker reports of the target after one image."""
 
     pose: TargetPose | None
-    """None while searching, and when the image or the estimate gave no pose."""
+    """Pose of the target; None while searching, and when the image or the estimate gave no pose."""
     estimate: WarpEstimate | None
     """Warp in the overhead image; None while searching."""
     status: Status

@@ -1,7 +1,7 @@
 """A virtual overhead camera: the image resampled onto a horizontal plane at a constant scale.
 
 On the plane of the object's top face a calibrated camera turns into an orthographic one: the face
-then moves as a rigid patch, with no perspective change for the filter to follow. Depth tells where
+then moves as a rigid patch, with no perspective change for the filter to follow. Depth shows where
 something stands above the plane and hides it.
 
 Frames: camera axes are x right, y down, z forward (OpenCV); pixel centres lie at integers. In the
@@ -52,7 +52,7 @@ class OverheadView:
     m_per_px: float = 0.003
     """Size of an overhead pixel."""
     occluder_height_m: float = 0.015
-    """A surface higher than this above the plane hides what is below, if depth can tell."""
+    """A surface higher than this above the plane hides what is below, where depth shows it."""
     depth_noise_m: float = 0.002
     """Standard deviation of a depth sample, as the sensor's maker declares it."""
 

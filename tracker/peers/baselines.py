@@ -13,8 +13,8 @@ from functools import partial
 import cv2
 import numpy as np
 
-from tracker.peers.alignment import EccFinder
 from tracker.peers.box_finder import BoxFinder, HoldingTracker
+from tracker.peers.ecc import EccFinder
 from tracker.peers.opencv_finder import OpenCVFinder, find_in_opencv
 from tracker.peers.template_matching import TemplateMatcher
 

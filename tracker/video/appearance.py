@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from tracker.affine.matching import Layers, PatchMatcher
+from tracker.affine.patches import Layers, PatchMatcher
 from tracker.affine.template import Template
 from tracker.checks import require_count, require_share
 from tracker.video.subspace import Subspace, SubspaceConfig
 from tracker.video.window import Window
 
 _LEAST_VISIBLE = 0.8
-"""Share of a patch that must be in the image for it to teach anything."""
+"""Share of a patch that must be in the image for the template to learn it."""
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,7 @@ class ResponsePyramid:
     """Answers for several sizes of the target in one image."""
 
     levels: tuple[Response, ...]
-    """From the smallest size to the largest."""
+    """The answers from the smallest size to the largest."""
     log_units: np.ndarray
     """(k,) logarithm of the template unit in pixels, rising."""
 

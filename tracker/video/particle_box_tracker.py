@@ -21,7 +21,7 @@ from tracker.affine.likelihood import (
     PyramidObservation,
     TemplateObservation,
 )
-from tracker.affine.matching import Layers
+from tracker.affine.patches import Layers
 from tracker.affine.resampling import CombinationConfig
 from tracker.affine.template import Template
 from tracker.base import Status
@@ -34,7 +34,7 @@ from tracker.video.refinement import Refinement, RefinementConfig
 from tracker.video.window import Window, WindowObservation, cut_window
 
 _FRAME = 1.0
-"""Step of the filter's clock: video benchmarks tell no time, so noise rates are per image."""
+"""Step of the filter's clock: video benchmarks state no time, so noise rates are per image."""
 
 
 VIDEO_FILTER = FilterConfig(
@@ -107,14 +107,16 @@ class ParticleBoxTracker:
             raise ValueError(f"box must have an area, got {w:g} x {h:g} px")
         self._warp = warp_of_box(box)
         window = self._cut(image, self._warp[:2, 2])
-        looks = config.appearance
-        self._appearances = [Appearance(looks, blur, window, box) for blur in looks.blurs]
+        appearance = config.appearance
+        self._appearances = [Appearance(appearance, blur, window, box) for blur in appearance.blurs]
         self._noise = PhotometricNoise(config.likelihood)
         self._filter.start(self._warp)
         if config.guide is not None:
             self._guide = Guide(config.guide, self._template.size, image, self._warp)
         if config.refinement is not None:
-            self._refinement = Refinement(config.refinement, looks, config.likelihood, window, box)
+            self._refinement = Refinement(
+                config.refinement, appearance, config.likelihood, window, box
+            )
         if config.redetection is not None:
             self._loss = LossMonitor(config.redetection, self._warp)
 
@@ -202,7 +204,7 @@ class ParticleBoxTracker:
         return [look.fit(layers, in_window) for look, layers in pairs]
 
     def _learn(self, image: np.ndarray, fits: Sequence[Fit]) -> None:
-        """Follows the noise, the looks and what else learns of this image."""
+        """Learns the noise, the appearances and what else follows the target from an image."""
         self._noise.learn(fits[-1].ncc)
         for look, fit in zip(self._appearances, fits, strict=True):
             look.learn(fit)
@@ -224,17 +226,17 @@ class _View:
     window: Window
     layers: list[Layers]
     """One for each appearance."""
-    looks: WindowObservation
-    """What the appearances say."""
+    observation: WindowObservation
+    """The image under all appearances."""
     guidance: Guidance | None = None
 
     def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
-        value = self.looks.log_likelihood(warps)
+        value = self.observation.log_likelihood(warps)
         return value if self.guidance is None else value + self.guidance.log_likelihood(warps)
 
     def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        return self.looks.linearise(warps, iteration)
+        return self.observation.linearise(warps, iteration)
 
     def confidence(self, warp: np.ndarray, ncc: float) -> float:
-        """That the target is at `warp` (3, 3), 1 at best: the guide's score or else `ncc`."""
+        """Confidence that the target is at `warp` (3, 3), 1 at best: the guide's score or `ncc`."""
         return ncc if self.guidance is None else float(self.guidance.scores(warp[None])[0])

@@ -1,4 +1,4 @@
-"""Telling a lost target, and finding it again in the whole image.
+"""Detection of a loss, and of the lost target in the whole image.
 
 A tracker that follows one mode cannot come back by itself, and what it learns of an image without
 the target it does not forget. What a confident match scores differs from target to target; so it

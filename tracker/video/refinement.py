@@ -1,4 +1,4 @@
-"""From the filter's estimate to the nearest maximum of the likelihood, under less blur.
+"""Refines the filter's estimate to the nearest maximum of the likelihood, under less blur.
 
 A few hundred particles on six dimensions leave their noise in the mean, and what blur they need to
 find the target hides what would place it exactly.
@@ -38,7 +38,7 @@ class Refinement:
     def __init__(
         self,
         config: RefinementConfig,
-        looks: AppearanceConfig,
+        appearance: AppearanceConfig,
         likelihood: LikelihoodConfig,
         window: Window,
         box: np.ndarray,
@@ -46,7 +46,7 @@ class Refinement:
         """Cuts the template from `box` (x, y, w, h) [px] of the image that `window` shows."""
         self._steps = config.steps
         self._likelihood = likelihood
-        self._look = Appearance(looks, config.blur, window, box)
+        self._look = Appearance(appearance, config.blur, window, box)
         self._fit: Fit | None = None
 
     def refine(self, window: Window, warp: np.ndarray, sigma: float) -> np.ndarray:

@@ -4,7 +4,7 @@ import pytest
 from tracker.affine import aff2
 from tracker.affine.gauss_newton import climb
 from tracker.affine.likelihood import LikelihoodConfig, TemplateObservation
-from tracker.affine.matching import Layers, PatchMatcher
+from tracker.affine.patches import Layers, PatchMatcher
 from tracker.belt.image import ArrayImage
 
 

@@ -66,9 +66,9 @@ def test_pure_following_stands_still_at_the_equilibrium():
 
 @pytest.mark.parametrize("kind", ["random", "trace"])
 def test_the_saddle_is_left_across_the_line_of_sight(kind):
-    whim = np.array([3.0, 1.0, -2.0])
+    normal = np.array([3.0, 1.0, -2.0])
     target = target_at(10.0, 2.0)
-    direction = manoeuvre_direction(kind, PinholeCamera(), POSE, target, 3.0, whim)
+    direction = manoeuvre_direction(kind, PinholeCamera(), POSE, target, 3.0, normal)
     assert np.isclose(np.linalg.norm(direction), 1.0)
     assert direction[1] > 0.0 > direction[2]
 

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tracker.bearing_only.album import SLOT_PX, PatchAlbum
 from tracker.bearing_only.corners import CornerConfig, CornerTracker
+from tracker.bearing_only.patch_store import SLOT_PX, PatchStore
 
 HEIGHT, WIDTH = 240, 320
 
@@ -153,11 +153,11 @@ def test_impossible_settings_are_refused(change, message):
 
 def test_the_album_keeps_what_it_is_given(wall):
     image = view(wall, 30, 40)
-    album = PatchAlbum((HEIGHT, WIDTH))
-    assert len(album) == (HEIGHT // SLOT_PX) * (WIDTH // SLOT_PX)
-    album.keep(11, image, np.float32([101.0, 77.0]))
-    x, y = album.centres_px[11].astype(int)
+    store = PatchStore((HEIGHT, WIDTH))
+    assert len(store) == (HEIGHT // SLOT_PX) * (WIDTH // SLOT_PX)
+    store.keep(11, image, np.float32([101.0, 77.0]))
+    x, y = store.centres_px[11].astype(int)
     half = SLOT_PX // 2 - 1
-    kept = album.picture[y - half : y + half + 1, x - half : x + half + 1]
+    kept = store.picture[y - half : y + half + 1, x - half : x + half + 1]
     assert np.array_equal(kept, image[77 - half : 77 + half + 1, 101 - half : 101 + half + 1])
-    assert np.count_nonzero(album.picture) == np.count_nonzero(kept)
+    assert np.count_nonzero(store.picture) == np.count_nonzero(kept)

@@ -29,7 +29,7 @@ def test_overhead_view_is_not_mirrored(view):
 
 def test_box_lands_where_it_stands_with_its_known_size(view, scene, template, true_warp):
     from tracker.affine.likelihood import LikelihoodConfig, TemplateObservation
-    from tracker.affine.matching import Layers, PatchMatcher
+    from tracker.affine.patches import Layers, PatchMatcher
 
     rgb, depth = scene.render(0.53, 0.1, 0.7)
     image = view.rectify(ArrayImage(rgb, depth))

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from tracker.affine.likelihood import LikelihoodConfig, TemplateObservation
-from tracker.affine.matching import Layers, PatchMatcher
+from tracker.affine.patches import Layers, PatchMatcher
 from tracker.belt.image import ArrayImage
 from tracker.video.window import WindowObservation, cut_window
 

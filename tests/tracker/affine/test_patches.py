@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 
 from tracker.affine import aff2
-from tracker.affine.matching import Layers, PatchMatcher
+from tracker.affine.patches import Layers, PatchMatcher
 
 
 def normalised(values):

@@ -21,7 +21,7 @@ from tracker.peers.box_finder import cut
 
 
 @dataclass(frozen=True)
-class AlignmentConfig:
+class EccConfig:
     """Resolutions, and what counts as found."""
 
     shift_side_px: int = 12
@@ -53,8 +53,8 @@ class _Level:
 class EccFinder:
     """Follows on Aff(2) without a filter: the last warp is where the search begins."""
 
-    def __init__(self, config: AlignmentConfig | None = None) -> None:
-        self._config = config or AlignmentConfig()
+    def __init__(self, config: EccConfig | None = None) -> None:
+        self._config = config or EccConfig()
         self._levels: list[_Level] = []
         self._warp = np.eye(3)
         self._unit_px = 1.0
@@ -129,7 +129,7 @@ def _level(picture: np.ndarray, side_px: int, motion: int) -> _Level:
 
 
 def _estimate(warp: np.ndarray, ncc: float) -> WarpEstimate:
-    """One warp, of which nothing but the correlation tells how good it is."""
+    """One warp, of which nothing but the correlation says how good it is."""
     return WarpEstimate(
         warp=warp,
         covariance=np.full((6, 6), np.nan),

@@ -37,7 +37,7 @@ class PatchFit:
     ncc: np.ndarray
     """(n,) correlation over the visible pixels; 0 where nothing is visible."""
     visible_fraction: np.ndarray
-    """(n,)"""
+    """(n,) share of the samples that are visible."""
     cost: np.ndarray
     """(n,) mean Huber cost over the visible pixels [template variances]."""
 

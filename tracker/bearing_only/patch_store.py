@@ -1,4 +1,4 @@
-"""How landmarks looked when they were first seen: all patches in one picture.
+"""A store of the landmarks' patches as they were first seen: all in one picture.
 
 One picture, because OpenCV's Lucas-Kanade compares many points of two pictures in one call.
 """
@@ -14,7 +14,7 @@ SLOT_PX = 32
 _REACH_PX = SLOT_PX // 2 - 1
 
 
-class PatchAlbum:
+class PatchStore:
     """As many patches as slots fit into a picture of the camera's size.
 
     Args:

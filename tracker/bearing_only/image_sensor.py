@@ -1,4 +1,4 @@
-"""From an image to pixels with names: the landmarks and the target."""
+"""The image sensor: measures landmarks and target, as pixels with ids, in an image."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from tracker.checks import require_count
 
 
 @dataclass(frozen=True)
-class EyeConfig:
-    """Settings of all that looks at the images."""
+class ImageSensorConfig:
+    """Settings of all that measures in the images."""
 
     corners: CornerConfig = field(default_factory=CornerConfig)
     rigidity: RigidityConfig = field(default_factory=RigidityConfig)
@@ -30,8 +30,8 @@ class EyeConfig:
 
 
 @dataclass(frozen=True, eq=False)
-class Glimpse:
-    """What was seen in one image."""
+class ImageMeasurement:
+    """What was measured in one image."""
 
     features: FeatureObservation
     """Landmarks that stood the test of the others."""
@@ -43,21 +43,23 @@ class Glimpse:
         return self.sighting.centre_px if self.sighting.is_whole else None
 
 
-class Eye:
-    """Looks at the images of one flight, in their order.
+class ImageSensor:
+    """Measures in the images of one flight, in their order.
 
     Args:
-        portrait: (h, w, 3) uint8 RGB of the target alone, which teaches its colour.
+        target_image: (h, w, 3) uint8 RGB of the target alone, from which its colour is learnt.
         config: The settings.
     """
 
-    def __init__(self, portrait: NDArray[np.uint8], config: EyeConfig | None = None) -> None:
-        self.config = config or EyeConfig()
-        self._camshift = CamShift(ColourModel(portrait, self.config.target))
+    def __init__(
+        self, target_image: NDArray[np.uint8], config: ImageSensorConfig | None = None
+    ) -> None:
+        self.config = config or ImageSensorConfig()
+        self._camshift = CamShift(ColourModel(target_image, self.config.target))
         self._corners = CornerTracker(self.config.corners)
         self._rigidity = RigidityCheck(self.config.rigidity)
 
-    def look(self, image: NDArray[np.uint8]) -> Glimpse:
+    def look(self, image: NDArray[np.uint8]) -> ImageMeasurement:
         """Landmarks and target in (h, w, 3) uint8 RGB, the next image."""
         sighting = self._camshift.update(image)
         grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
@@ -65,7 +67,7 @@ class Eye:
         is_odd, is_proven = self._rigidity.update(corners)
         self._corners.drop(corners.ids[is_odd])
         features = FeatureObservation(corners.ids[is_proven], corners.pixels[is_proven])
-        return Glimpse(features, sighting)
+        return ImageMeasurement(features, sighting)
 
     def _around(self, window: Rectangle | None) -> Rectangle | None:
         if window is None:

@@ -1,10 +1,10 @@
-"""The eye as a whole, on painted images."""
+"""The image sensor as a whole, on painted images."""
 
 import cv2
 import numpy as np
 import pytest
 
-from tracker.bearing_only.eye import Eye, EyeConfig
+from tracker.bearing_only.image_sensor import ImageSensor, ImageSensorConfig
 
 COLOUR = (220, 26, 107)
 HEIGHT, WIDTH = 240, 320
@@ -28,26 +28,26 @@ def image_of(wall: np.ndarray, step: int, disc: tuple[int, int] | None) -> np.nd
     return image
 
 
-def eye() -> Eye:
-    return Eye(np.full((20, 20, 3), COLOUR, np.uint8))
+def sensor() -> ImageSensor:
+    return ImageSensor(np.full((20, 20, 3), COLOUR, np.uint8))
 
 
 def test_landmarks_stand_still_on_the_wall_and_the_target_moves(wall):
-    looking, first = eye(), {}
+    looking, first = sensor(), {}
     for step in range(25):
         disc = 60 + 8 * step, 120
-        glimpse = looking.look(image_of(wall, step, disc))
-        assert np.abs(glimpse.target_px - (np.array(disc) + 0.5)).max() < 0.3
-        places = glimpse.features.pixels + np.array([2 * step, step])
-        for name, place in zip(glimpse.features.ids.tolist(), places, strict=True):
+        measurement = looking.look(image_of(wall, step, disc))
+        assert np.abs(measurement.target_px - (np.array(disc) + 0.5)).max() < 0.3
+        places = measurement.features.pixels + np.array([2 * step, step])
+        for name, place in zip(measurement.features.ids.tolist(), places, strict=True):
             assert np.abs(place - first.setdefault(name, place)).max() < 0.7
             gap = np.abs(place - [2 * step, step] - disc)
-            assert (gap > 15 + EyeConfig().rim_px - 4).any()
-    assert len(glimpse.features.ids) > 15
+            assert (gap > 15 + ImageSensorConfig().rim_px - 4).any()
+    assert len(measurement.features.ids) > 15
 
 
 def test_a_target_out_of_view_or_at_the_border_has_no_pixel(wall):
-    looking = eye()
+    looking = sensor()
     assert looking.look(image_of(wall, 0, (WIDTH - 30, 120))).target_px is not None
     cut = looking.look(image_of(wall, 1, (WIDTH - 4, 120)))
     assert cut.sighting.status == "cut" and cut.target_px is None
@@ -58,4 +58,4 @@ def test_a_target_out_of_view_or_at_the_border_has_no_pixel(wall):
 
 def test_an_impossible_rim_is_refused():
     with pytest.raises(ValueError, match="rim_px"):
-        EyeConfig(rim_px=-1)
+        ImageSensorConfig(rim_px=-1)
