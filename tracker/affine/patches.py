@@ -55,7 +55,7 @@ class PatchMatcher:
         self._values = template.values.copy()
         self._jacobian = _of_residual(template)
         self._whole = (self._jacobian @ self._jacobian.T) / samples
-        self._scratch = np.empty((6, samples), np.float32)
+        self._scratch = np.zeros((6, samples), np.float32)
 
     def fit(self, layers: Layers, warps: np.ndarray, clip: float) -> PatchFit:
         """Compares the patches under warps (n, 3, 3); residuals beyond `clip` count linearly."""

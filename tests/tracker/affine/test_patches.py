@@ -48,12 +48,15 @@ def test_what_the_mask_hides_does_not_count(template):
     np.testing.assert_array_equal(fits[0].cost, fits[1].cost)
 
 
-def test_far_away_and_broken_warps_show_nothing(template):
+def test_far_away_and_broken_warps_show_nothing(template, monkeypatch):
+    """Also where memory that nobody has written yet holds no numbers."""
+    monkeypatch.setattr(np, "empty", lambda shape, dtype=float: np.full(shape, np.nan, dtype))
     layers = Layers.of(np.ones((50, 60)))
     far = aff2.similarity(10.0, 0.0, [1e9, 0.0])
     fit = PatchMatcher(template).fit(layers, np.stack([far, np.full((3, 3), np.nan)]), 1.0)
     np.testing.assert_array_equal(fit.visible_fraction, 0.0)
     np.testing.assert_array_equal(fit.ncc, 0.0)
+    np.testing.assert_array_equal(fit.cost, 0.0)
 
 
 def test_information_of_a_part_joins_that_of_the_whole(template):
