@@ -41,6 +41,7 @@ class AffineReferee:
         true = self._truth.warps[index] @ self._in_template
         warp = estimate.affine
         resampling, self._resampling = self._resampling, None
+        parents = None if resampling is None else resampling[1].parents
         moved = self._motion(estimate) @ self._corners
         distances = np.linalg.norm(moved[:2].T - self._truth.corners[index], axis=1)
         shape = None if warp is None else aff2.polar(aff2.inverse(true) @ warp.warp)[:4]
@@ -55,7 +56,7 @@ class AffineReferee:
             shear_error=shear,
             nees=None if warp is None else nees(warp, true),
             ess=None if warp is None else warp.ess,
-            ancestor_count=None if resampling is None else len(np.unique(resampling[1].parents)),
+            ancestor_count=None if parents is None else len(np.unique(parents)),
             resampling_distance=None
             if warp is None or resampling is None
             else resampling_distance(warp.warp, *resampling),
