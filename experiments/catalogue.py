@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from experiments.belt.config import TrialConfig
 from experiments.belt.presets import PRESETS
-from tracker.checks import require_known
 
 
 @cache
@@ -63,28 +61,3 @@ def _peers() -> dict[str, str]:
         name: row.description if row.is_available else f"{row.description} (needs `make peers`)"
         for name, row in BASELINES.items()
     }
-
-
-def check_names(config: TrialConfig) -> None:
-    """Raises ValueError for the first name that no registry holds, or that is not installed."""
-    from sim.imaging.degradations import get_condition
-    from tracker.peers.outside import get_box_finder, is_outside
-
-    names = catalogue()
-    trackers = [*names["trackers"], *names["control arms"], *names["peers"]]
-    if not is_outside(config.tracker):
-        require_known("tracker", config.tracker, trackers)
-    if is_outside(config.tracker) or config.tracker in names["peers"]:
-        get_box_finder(config.tracker).require_available()
-    for field in ("embodiment", "camera", "object", "motion", "predictor"):
-        require_known(field, getattr(config, field), names[f"{field}s"])
-    get_condition(config.condition)
-
-
-def check_worlds(configs: Iterable[TrialConfig]) -> None:
-    """Raises before any trial starts if a name is unknown or this machine cannot render."""
-    from experiments.study.rendering import gl_renderer
-
-    for config in configs:
-        check_names(config)
-    gl_renderer()

@@ -33,17 +33,18 @@ class Trial:
         """Exit code 0, or 1 for an attempt that crashed; a failed grasp is no crash."""
         from experiments.belt.study import SINGLE, SUBJECT, SweepTrial, get_study, selection_of
         from experiments.belt.summary import summary_lines
-        from experiments.catalogue import check_worlds
         from experiments.study.processes import limit_threads
+        from experiments.study.rendering import gl_renderer
         from experiments.study.rows import to_json
         from experiments.study.run import Work, keep
 
         limit_threads()
-        check_worlds([self.config])
+        study, job = get_study(f"{SUBJECT}/{SINGLE}"), SweepTrial(SINGLE, self.config, self.video)
+        study.settings(job)  # complains of unknown names
+        gl_renderer()
         if self.video is not None:
             self.video.parent.mkdir(parents=True, exist_ok=True)
-        study = get_study(f"{SUBJECT}/{SINGLE}")
-        ((job, result),) = Work(study)((SweepTrial(SINGLE, self.config, self.video),))
+        ((_, result),) = Work(study)((job,))
         if self.out is not None:
             keep(study, selection_of([self.config], [self.config.seed]), self.out, job, result)
         if result.error is not None:
@@ -72,7 +73,6 @@ class Sweep(StudyCommand):
         """The preset's cells and seeds, or those that the flags leave of them."""
         from experiments.belt.presets import PRESETS
         from experiments.belt.study import SUBJECT, get_study, selection_of
-        from experiments.catalogue import check_names
         from tracker.checks import require_known
 
         require_known("preset", self.preset, PRESETS)
@@ -81,8 +81,6 @@ class Sweep(StudyCommand):
             count = len(preset.seeds) if self.seeds is None else self.seeds
             preset = preset.restricted(seeds=seed_list(count, self.first_seed))
         preset = preset.restricted(split_names(self.trackers))
-        for cell in preset.cells:
-            check_names(cell)
         study = get_study(f"{SUBJECT}/{preset.name}")
         return Plan(study, selection_of(preset.cells, preset.seeds))
 
@@ -99,9 +97,9 @@ class View:
             os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
         ):
             raise OSError("view needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set")
+        from experiments.belt.study import SINGLE, SweepTrial, trial_settings
         from experiments.belt.viewer import show
-        from experiments.catalogue import check_worlds
 
-        check_worlds([self.config])
+        trial_settings(SweepTrial(SINGLE, self.config))  # complains of unknown names
         show(self.config)
         return 0

@@ -12,7 +12,9 @@ from experiments.belt.config import TrialConfig, TrialResult, TrialTimings
 from experiments.belt.curves import CURVE_HEADER, CURVES
 from experiments.belt.presets import Preset
 from experiments.report.grouping import SETTING
+from experiments.study.settings import digest
 from experiments.study.study import Score, Selection, Study
+from tracker.checks import require_known
 
 SUBJECT = "belt"
 SINGLE = "trial"
@@ -77,8 +79,10 @@ def trials(preset: str, selection: Selection) -> list[SweepTrial]:
 
 
 def trial_settings(job: SweepTrial) -> Mapping[str, object]:
-    """The registered things that a trial names, with the files that they are made of."""
-    from experiments.belt.perception import CONTROL_ARMS
+    """The registered things that a trial names, with the files that they are made of.
+
+    Raises ValueError for a name that no registry holds.
+    """
     from sim import ASSETS
     from sim.arm.embodiments import get_embodiment
     from sim.belt.motions import MOTIONS
@@ -88,10 +92,11 @@ def trial_settings(job: SweepTrial) -> Mapping[str, object]:
     from tracker.belt.prediction import PREDICTORS
 
     config = job.config
-    tracker = CONTROL_ARMS.get(config.tracker) or tracker_settings(config.tracker)
     graspable = get_object(config.object)
+    require_known("motion", config.motion, MOTIONS)
+    require_known("predictor", config.predictor, PREDICTORS)
     return {
-        f"tracker {config.tracker}": tracker,
+        f"tracker {config.tracker}": tracker_settings(config.tracker),
         f"embodiment {config.embodiment}": get_embodiment(config.embodiment),
         f"camera {config.camera}": get_view(config.camera),
         f"condition {config.condition}": get_condition(config.condition),
@@ -102,12 +107,21 @@ def trial_settings(job: SweepTrial) -> Mapping[str, object]:
 
 
 def tracker_settings(name: str) -> object:
-    """The settings of a tracker of the loop and, of one from outside, its source."""
-    from tracker.belt.registry import get_tracker_config
-    from tracker.peers.outside import is_outside, outside_source
+    """The settings of a tracker or control arm and, of a tracker from outside, its source.
 
-    config = get_tracker_config(name)
-    return {"config": config, "source": outside_source(name)} if is_outside(name) else config
+    Raises ValueError for a name that there is not, and for a peer that is not installed.
+    """
+    from experiments.belt.perception import CONTROL_ARMS
+    from tracker.belt.registry import PEERS, TRACKERS, get_tracker_config
+    from tracker.peers.outside import get_box_finder, is_outside, outside_source
+
+    if is_outside(name):
+        get_box_finder(name)
+        return {"source": digest(outside_source(name).encode())}
+    require_known("tracker", name, [*TRACKERS, *CONTROL_ARMS, *PEERS])
+    if name in PEERS:
+        get_box_finder(name).require_available()
+    return CONTROL_ARMS.get(name) or get_tracker_config(name)
 
 
 def known_columns(job: SweepTrial) -> dict[str, Any]:

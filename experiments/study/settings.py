@@ -39,10 +39,10 @@ def describe(value: object) -> Any:
     if isinstance(value, float):
         return repr(value)
     if isinstance(value, Path):
-        return _digest(value.read_bytes())
+        return digest(value.read_bytes())
     if isinstance(value, np.ndarray):
         array: Any = np.ascontiguousarray(cast(Any, value))
-        return f"{array.shape} {_digest(array.tobytes())}"
+        return f"{array.shape} {digest(array.tobytes())}"
     if isinstance(value, functools.partial):
         part = cast("functools.partial[Any]", value)
         return [describe(part.func), describe(part.args), describe(part.keywords)]
@@ -63,7 +63,7 @@ def _describe_callable(value: Any) -> str:
     if value.__module__.partition(".")[0] in _OWN:
         return value.__qualname__
     try:
-        return f"{value.__qualname__} {_digest(inspect.getsource(value).encode())}"
+        return f"{value.__qualname__} {digest(inspect.getsource(value).encode())}"
     except (OSError, TypeError):
         return f"{value.__module__}.{value.__qualname__}"
 
@@ -99,5 +99,6 @@ def _differences(kept: Any, wanted: Any) -> list[str]:
     return [f" was {kept}, is {wanted}"]
 
 
-def _digest(data: bytes) -> str:
+def digest(data: bytes) -> str:
+    """A short hash of what is too long to be kept in a manifest."""
     return hashlib.sha256(data).hexdigest()[:16]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from experiments.study.settings import digest
 from tracker.box_tracker import BoxTracker
 from tracker.checks import require_known
 from tracker.peers.baselines import BASELINES, Baseline
@@ -42,7 +43,8 @@ def get_video_tracker(name: str) -> VideoTracker:
     """The row of that name, or the tracker at that import path; ValueError for neither."""
     if is_outside(name):
         found = get_box_finder(name)
-        return VideoTracker(found.description, found.make, settings={"source": outside_source(name)})
+        source = digest(outside_source(name).encode())
+        return VideoTracker(found.description, found.make, settings={"source": source})
     require_known("tracker", name, VIDEO_TRACKERS)
     return VIDEO_TRACKERS[name]
 
