@@ -1,8 +1,5 @@
 """Measured against estimated attitudes, as Figs. 3 and 4 of [Zhou2011]."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from __future__ import annotations
 
 from pathlib import Path

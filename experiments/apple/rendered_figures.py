@@ -1,8 +1,5 @@
 """Figures of the rendered experiments: angles image by image, and how fast each method learns."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -8,7 +8,7 @@ from experiments.apple.estimates import EstimateRow, collect_estimates
 from experiments.apple.replay import ReplayRow
 from experiments.apple.replay_tables import replay_tables
 from experiments.apple.tables import all_tables
-from experiments.report.report import Report, write_report
+from experiments.report.report import Report
 from experiments.study.study import Results
 
 _SHOWN = ("agreement", "table1", "table2", "errors", "folding")
@@ -20,7 +20,7 @@ def tables_report(results: Results[EstimateRow]) -> Report:
 
     estimates = collect_estimates(results.good)
     figures = write_figures(results.path / "figures", estimates)
-    return write_report(results.path, all_tables(estimates), figures, _SHOWN, results.notes)
+    return Report.of(results.path, all_tables(estimates), figures, _SHOWN, results.notes)
 
 
 def replay_report(results: Results[ReplayRow]) -> Report:
@@ -28,7 +28,7 @@ def replay_report(results: Results[ReplayRow]) -> Report:
     from experiments.apple.rendered_figures import write_replay_figures
 
     figures = write_replay_figures(results.path / "figures", results.good)
-    return write_report(results.path, replay_tables(results.good), figures, (), results.notes)
+    return Report.of(results.path, replay_tables(results.good), figures, (), results.notes)
 
 
 def approach_report(results: Results[ApproachRow]) -> Report:
@@ -36,4 +36,4 @@ def approach_report(results: Results[ApproachRow]) -> Report:
     from experiments.apple.rendered_figures import write_approach_figures
 
     figures = write_approach_figures(results.path / "figures", results.good)
-    return write_report(results.path, approach_tables(results.good), figures, (), results.notes)
+    return Report.of(results.path, approach_tables(results.good), figures, (), results.notes)

@@ -13,7 +13,6 @@ import pandas as pd
 from experiments.bearing_only.config import FlightResult
 from experiments.bearing_only.tables import behaviour_table, cost_table, error_table, ratio_table
 from experiments.bearing_only.traces import CURVE_HEADER, CURVES
-from experiments.report import report
 from experiments.report.report import Report
 from experiments.study.study import Results
 
@@ -32,4 +31,4 @@ def write_report(results: Results[FlightResult]) -> Report:
         "costs": cost_table(runs, timings),
     }
     figures = write_figures(results.path / "figures", results.path, runs, curves)
-    return report.write_report(results.path, tables, figures)
+    return Report.of(results.path, tables, figures)

@@ -31,8 +31,8 @@ class Trial:
 
     def run(self) -> int:
         """Exit code 0, or 1 for an attempt that crashed; a failed grasp is no crash."""
+        from experiments.belt.analysis.summary import summary_lines
         from experiments.belt.study import SINGLE, SUBJECT, SweepTrial, get_study, selection_of
-        from experiments.belt.summary import summary_lines
         from experiments.study.processes import limit_threads
         from experiments.study.rendering import gl_renderer
         from experiments.study.rows import to_json

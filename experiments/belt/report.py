@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from experiments.belt.accuracy_table import accuracy_table
-from experiments.belt.config import TrialResult, TrialTimings
-from experiments.belt.curves import CURVES, read_curves
-from experiments.belt.half_speed import half_speed_table
-from experiments.belt.paired_tables import condition_table, paired_tables
-from experiments.belt.tables import (
+from experiments.belt.analysis.accuracy_table import accuracy_table
+from experiments.belt.analysis.cell_tables import (
     blame_table,
     cost_table,
     outcome_table,
     success_table,
     tracking_table,
 )
-from experiments.report import report
+from experiments.belt.analysis.half_speed import half_speed_table
+from experiments.belt.analysis.paired_tables import condition_table, paired_tables
+from experiments.belt.config import TrialResult, TrialTimings
+from experiments.belt.curves import CURVES, read_curves
 from experiments.report.report import Report
 from experiments.report.table import Table
 from experiments.study.study import Results
@@ -27,16 +26,16 @@ _IN_TERMINAL = ("success", "half_speed", "verdicts", "conditions", "blame")
 
 def write_report(results: Results[TrialResult]) -> Report:
     """Writes `tables/` and `figures/` into the results folder of a sweep, finished or not."""
-    from experiments.belt.figures import write_figures
+    from experiments.belt.analysis.figures import write_figures
 
     folder, rows = results.path, results.rows
     figures = write_figures(folder / "figures", rows, read_curves(results.curves[CURVES]))
-    return report.write_report(folder, _tables(rows, results.timings), figures, _IN_TERMINAL)
+    return Report.of(folder, _tables(rows, results.timings), figures, _IN_TERMINAL)
 
 
 def _tables(
     results: Sequence[TrialResult], timings: Sequence[TrialTimings]
-) -> dict[str, Table | None]:
+) -> dict[str, Table]:
     return {
         "success": success_table(results),
         "tracking": tracking_table(results),

@@ -8,10 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from experiments.belt.analysis.cells import SETTING
 from experiments.belt.config import TrialConfig, TrialResult, TrialTimings
 from experiments.belt.curves import CURVE_HEADER, CURVES
 from experiments.belt.presets import Preset
-from experiments.report.grouping import SETTING
 from experiments.study.settings import digest
 from experiments.study.study import Score, Selection, Study
 from tracker.checks import require_known
@@ -46,7 +46,7 @@ def get_study(name: str) -> Study[SweepTrial, TrialResult]:
         title=describe_trial,
         method="tracker",
         score=Score(success_of_world, "success", higher_is_better=True),
-        compare="experiments.belt.comparison:verdict_lines",
+        compare="experiments.belt.analysis.comparison:verdict_lines",
         order=seed_of,
         identity=known_columns,
         timings=TrialTimings,

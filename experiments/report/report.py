@@ -1,4 +1,4 @@
-"""A report: the tables and figures that were written, and what a terminal shows of them."""
+"""What a report leaves: files, and the tables as text for a terminal."""
 
 from __future__ import annotations
 
@@ -11,34 +11,35 @@ from experiments.report.table import Table, write_tables
 
 @dataclass(frozen=True)
 class Report:
-    """What was written, and the tables as text for a terminal."""
+    """The text of a report for a terminal, and the files that were written."""
 
     text: str
     paths: tuple[Path, ...]
+
+    @classmethod
+    def of(
+        cls,
+        folder: Path,
+        tables: Mapping[str, Table],
+        figures: Iterable[Path],
+        shown: Sequence[str] = (),
+        notes: Sequence[str] = (),
+    ) -> Report:
+        """Writes the tables that have rows into `folder/tables` and returns the report on all.
+
+        Args:
+            folder: The results folder.
+            tables: All tables by the name of their files.
+            figures: Paths of the figures, which have been written.
+            shown: Names of the tables that the text holds; all of them if none is given.
+            notes: Lines behind the tables, such as what could not be made.
+        """
+        paths = write_tables(folder / "tables", tables)
+        names = [name for name in shown or tables if name in tables and tables[name].rows]
+        text = "\n".join([*(tables[name].to_text() for name in names), *notes])
+        return cls(text, (*paths, *figures))
 
     def show(self) -> None:
         """Prints the tables, and the files."""
         print(self.text)
         print("\n".join(f"written: {path}" for path in self.paths))
-
-
-def write_report(
-    folder: Path,
-    tables: Mapping[str, Table | None],
-    figures: Iterable[Path],
-    shown: Sequence[str] = (),
-    notes: Iterable[str] = (),
-) -> Report:
-    """Writes the tables of a results folder, and puts the report together.
-
-    Args:
-        folder: The results folder; tables go into `tables/`.
-        tables: Name of the file -> table; None where there is nothing to show.
-        figures: Files that were drawn.
-        shown: Names of the tables that a terminal shows; all where empty.
-        notes: Lines about what could not be made.
-    """
-    made = {name: table for name, table in tables.items() if table is not None and table.rows}
-    paths = write_tables(folder / "tables", made)
-    text = [made[name].to_text() for name in (shown or made) if name in made]
-    return Report("\n".join([*text, *notes]), (*paths, *figures))

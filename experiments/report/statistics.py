@@ -19,7 +19,8 @@ Sources (95 % two-sided unless told):
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,14 @@ Z_95 = 1.959963984540054
 
 Z_POWER_80 = 0.8416212335729143
 """Standard normal quantile of 0.8."""
+
+
+def of_known(
+    function: Callable[[list[float]], Any], values: Iterable[float | None], factor: float = 1.0
+) -> float | None:
+    """Returns `function` of the values that exist, times `factor`; None where none does."""
+    known = [value for value in values if value is not None]
+    return factor * float(function(known)) if known else None
 
 
 def wilson_interval(success_count: int, n: int, z: float = Z_95) -> tuple[float, float]:

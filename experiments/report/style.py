@@ -1,4 +1,4 @@
-"""How every figure looks: one style, a colour for each tracker, and files without a date."""
+"""How every figure looks: style, panels, a colour for each tracker, files without a date."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ import zlib
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
 
-from experiments.belt.config import TrialResult
-from experiments.report.grouping import cell_keys, group_by, label
+Share: TypeAlias = bool | Literal["none", "all", "row", "col"]
+"""Which panels of a figure have a common axis."""
 
 PAGE_WIDTH_IN = 7.2
 """Width of a figure across both columns of a paper [inch]."""
@@ -35,14 +36,14 @@ _SPARE_COLOURS = ("#CC79A7", "#56B4E9", "#E69F00", "#8C6D31", "#6A3D9A", "#1B9E7
 
 
 def tracker_style(name: str) -> tuple[str, str, str]:
-    """Colour, marker and line; a tracker without an entry gets a colour by its name."""
+    """Returns colour, marker and line; a tracker without an entry gets a colour by its name."""
     spare = _SPARE_COLOURS[zlib.crc32(name.encode()) % len(_SPARE_COLOURS)]
     return TRACKER_STYLES.get(name, (spare, "P", "-"))
 
 
 @contextmanager
 def figure_style() -> Generator[None, None, None]:
-    """The one style of all figures; text in a PDF stays text."""
+    """Sets the one style of all figures; text in a PDF stays text."""
     style: dict[Any, Any] = {
         "font.size": 8,
         "axes.titlesize": 8,
@@ -78,7 +79,7 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 
 def add_legend(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
-    """One legend for all panels, above them: each label once."""
+    """Adds one legend for all panels, above them, with each label once."""
     labelled: dict[str, Artist] = {}
     for axis in axes:
         for handle, name in zip(*axis.get_legend_handles_labels(), strict=True):
@@ -86,16 +87,28 @@ def add_legend(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
     figure.legend(list(labelled.values()), list(labelled), loc="outside upper left", ncols=columns)
 
 
+def panels(
+    rows: int,
+    columns: int,
+    height_in: float,
+    width_in: float = PAGE_WIDTH_IN,
+    sharex: Share = False,
+    sharey: Share = False,
+) -> tuple[Figure, list[list[Axes]]]:
+    """Returns a figure of that size with equal panels, and the panels row by row."""
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=sharex, sharey=sharey, squeeze=False)
+    return figure, [list(row) for row in grid]
+
+
 def panel_grid(
     panel_count: int, columns: int, width_in: float, row_in: float
 ) -> tuple[Figure, list[Axes]]:
-    """A figure of so many equal panels with common axes; each column has numbers at its foot."""
+    """Returns so many panels with common axes; each column has numbers at its foot."""
     columns = min(columns, panel_count)
     rows = -(-panel_count // columns)
-    figure = Figure(figsize=(width_in, 0.5 + row_in * rows), layout="constrained")
-    axes: list[Axes] = list(
-        figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).flat
-    )
+    figure, grid = panels(rows, columns, 0.5 + row_in * rows, width_in, True, True)
+    axes = [axis for row in grid for axis in row]
     for axis in axes[panel_count:]:
         axis.set_visible(False)
     for axis in axes[max(panel_count - columns, 0) : panel_count]:
@@ -103,36 +116,17 @@ def panel_grid(
     return figure, axes[:panel_count]
 
 
-def settings_of(
-    results: Sequence[TrialResult], keys: Sequence[str]
-) -> dict[str, list[TrialResult]]:
-    """Results by everything that names a cell except tracker and speed, under a title.
-
-    The title names what varies; all of it where nothing does.
-    """
-    names = [key for key in keys if key not in ("tracker", "speed_mps")]
-    varying = [key for key in names if len({getattr(row, key) for row in results}) > 1]
-    return {
-        ", ".join(
-            label(key, value)
-            for key, value in zip(names, setting, strict=True)
-            if key in varying or not varying
-        ): members
-        for setting, members in group_by(results, names).items()
-    }
-
-
-def trackers_of(results: Sequence[TrialResult]) -> list[str]:
-    """The trackers in order of first appearance."""
-    return list(dict.fromkeys(row.tracker for row in results))
-
-
-def cell_sizes(results: Sequence[TrialResult]) -> str:
-    """The number of trials behind each value of a figure, in words."""
-    sizes = {len(members) for members in group_by(results, cell_keys(results)).values()}
-    return f"n = {min(sizes)}" + (f" to {max(sizes)}" if len(sizes) > 1 else "")
+def log_scale(axes: Axes, name: Literal["x", "y"], ticks: Sequence[float] = ()) -> None:
+    """Makes an axis logarithmic, with these ticks, or 1, 2 and 5 of each decade, written out."""
+    getattr(axes, f"set_{name}scale")("log")
+    axis = axes.xaxis if name == "x" else axes.yaxis
+    axis.set_major_locator(FixedLocator(ticks) if ticks else LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+    if ticks:
+        axis.set_minor_locator(NullLocator())
 
 
 def file_name(*parts: str) -> str:
-    """The parts as one word that is a file name everywhere."""
+    """Joins the parts to one word that is a file name everywhere."""
     return "_".join(re.sub(r"[^A-Za-z0-9.+-]+", "_", part).strip("_") for part in parts)

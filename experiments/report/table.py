@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -24,10 +24,15 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Raw rows, and how people see them."""
+    """Raw rows, and how people see them; a table without rows is not written."""
 
-    rows: tuple[TableRow, ...]
-    columns: tuple[Column, ...]
+    rows: Sequence[TableRow]
+    columns: Sequence[Column]
+
+    @classmethod
+    def of(cls, rows: Sequence[TableRow], *columns: Column) -> Table:
+        """Returns the table of these rows with these columns."""
+        return cls(rows, columns)
 
     def to_csv(self) -> str:
         """Every raw value, one scalar a cell."""
@@ -83,8 +88,63 @@ class Table:
 
 
 def write_tables(folder: Path, tables: Mapping[str, Table]) -> list[Path]:
-    """Writes every table in every format under its name; the paths."""
-    return [path for name, table in tables.items() for path in table.write(folder, name)]
+    """Writes every table that has rows in every format under its name, and returns the paths."""
+    return [
+        path for name, table in tables.items() if table.rows for path in table.write(folder, name)
+    ]
+
+
+def words(*keys: str) -> list[Column]:
+    """Returns columns that show values as they are, under the names of their keys."""
+    return [word(key, key) for key in keys]
+
+
+def word(label: str, key: str) -> Column:
+    """Returns a column that shows a value as it is, and a dash where there is none."""
+    return Column(label, lambda row: "-" if row[key] is None else str(row[key]))
+
+
+def number(label: str, key: str, digits: int = 2, factor: float = 1.0) -> Column:
+    """Returns a column of numbers, each multiplied by `factor` for people."""
+    return Column(label, lambda row: show_number(row.get(key), digits, factor))
+
+
+def rate(label: str, key: str) -> Column:
+    """Returns a column of rates, which are shown in percent."""
+    return number(label, key, 1, 100.0)
+
+
+def numbers(shown: Iterable[tuple[str, str, int]]) -> list[Column]:
+    """Returns a column of numbers for each (key, label, digits)."""
+    return [number(label, key, digits) for key, label, digits in shown]
+
+
+def interval(
+    label: str, *keys: str, digits: int = 2, factor: float = 1.0, sign: str = ""
+) -> Column:
+    """Returns a column of `value [low, high]` of three keys, or of `[low, high]` of two.
+
+    A cell without bounds shows the value alone, and a dash where there is no value either.
+
+    Args:
+        label: The column's heading.
+        *keys: Keys of the value, which may be missing, and of its two bounds.
+        digits: Digits behind the point.
+        factor: What people see is the value times this.
+        sign: `+` to show the sign of positive numbers too.
+    """
+
+    def show(row: TableRow) -> str:
+        *value, low, high = (show_number(row[key], digits, factor, sign) for key in keys)
+        has_bounds = row[keys[-1]] is not None
+        return " ".join([*value, f"[{low}, {high}]"] if has_bounds else value or ["-"])
+
+    return Column(label, show)
+
+
+def p_value(label: str, key: str) -> Column:
+    """Returns a column of p-values."""
+    return Column(label, lambda row: show_p(row[key]))
 
 
 _NUMBER = re.compile(r"-|[<>]?\s*[+-]?\d.*")
@@ -111,11 +171,18 @@ def _latex(cell: str) -> str:
     return re.sub(r"(?<![\w-])-(?=[\d.])", "$-$", text)
 
 
-def show_number(value: float | None, digits: int = 2) -> str:
-    """The one way in which a table shows a number; a dash where there is none."""
-    return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+def show_number(value: float | None, digits: int = 2, factor: float = 1.0, sign: str = "") -> str:
+    """Shows a number in the one format of all tables; a dash where there is none."""
+    if value is None or math.isnan(value):
+        return "-"
+    return f"{factor * value:{sign}.{digits}f}"
+
+
+def show_p(p: float) -> str:
+    """Shows a p-value in three digits; where that would be hair-splitting, its bound."""
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
 def show_rate(rate: float) -> str:
-    """A rate in percent."""
-    return show_number(100.0 * rate, 1)
+    """Shows a rate in percent."""
+    return show_number(rate, 1, 100.0)

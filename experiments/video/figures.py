@@ -1,8 +1,5 @@
 """Precision and success curves of OTB results, as Figs. 4 to 9 of [IGPF2021]."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 import cv2
 import numpy as np
 
-from experiments.report.report import Report, write_report
+from experiments.report.report import Report
 from experiments.report.table import Column, Table
 from experiments.seeding import Stream, generator
 from experiments.study.files import write_whole
@@ -124,7 +124,7 @@ def write_index(results: Results[RenderRow]) -> Report:
     )
     write_whole(results.path / "README.md", readme)
     paths = [results.path / "README.md"]
-    return write_report(results.path, {"sequences": table}, paths, (), results.notes)
+    return Report.of(results.path, {"sequences": table}, paths, (), results.notes)
 
 
 def _jpeg(frame: Frame) -> bytes:

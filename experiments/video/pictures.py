@@ -1,8 +1,5 @@
 """A strip of images with the boxes of every tracker, as Fig. 3 of [IGPF2021]."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from __future__ import annotations
 
 from pathlib import Path

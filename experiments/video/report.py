@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from experiments.report import report
 from experiments.report.report import Report
 from experiments.study.study import Results
 from experiments.video.job import VideoRow
@@ -32,4 +31,4 @@ def write_report(results: Results[VideoRow]) -> Report:
         for protocol in videos.protocols
         if (left_out := videos.left_out(protocol))
     ]
-    return report.write_report(results.path, tables, figures, _SHOWN, [*results.notes, *notes])
+    return Report.of(results.path, tables, figures, _SHOWN, [*results.notes, *notes])

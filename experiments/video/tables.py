@@ -5,12 +5,11 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
 
 import numpy as np
 
-from experiments.report.statistics import bootstrap_gain
-from experiments.report.table import Column, Table, TableRow, show_number
+from experiments.report.statistics import bootstrap_gain, of_known
+from experiments.report.table import Column, Table, TableRow, interval, number, show_number, words
 from experiments.seeding import Stream, generator
 from experiments.video.calibration import calibrated
 from experiments.video.job import AFFINE_COLUMNS
@@ -19,7 +18,7 @@ from experiments.video.scores import Curves, mean_curves
 from experiments.video.tb50 import ATTRIBUTES
 
 REFERENCE_TRACKER = "gpf"
-"""The tracker over which [IGPF2021] tells its improvement."""
+"""The tracker over which [IGPF2021] reports its improvement."""
 
 VISIBLE_SHARE = 0.5
 """A frame counts in the affine table if so much of the target can be seen."""
@@ -28,10 +27,11 @@ _SCORES: dict[str, Callable[[Curves], float]] = {
     "dp": lambda curves: curves.distance_precision,
     "os": lambda curves: curves.overlap_score,
 }
+_SCORE_COLUMNS = [number(name.upper(), name, 3) for name in _SCORES]
 
 
 def score_table(results: OtbResults, score: str) -> Table:
-    """Means of DP or OS over the sequences, and the gain over GPF, by tracker and protocol.
+    """Returns means of DP or OS over the sequences, and gains over GPF, by tracker and protocol.
 
     Tables 1 and 2 of [IGPF2021]; intervals are 95 %, by bootstrap over the sequences.
     """
@@ -43,25 +43,21 @@ def score_table(results: OtbResults, score: str) -> Table:
         for protocol in protocols:
             row |= _mean_and_gain(results, protocol, tracker, _SCORES[score])
         rows.append(row)
-    columns = [Column("tracker", lambda row: row["tracker"])]
+    columns = words("tracker")
     for protocol in protocols:
         title = f"{score.upper()} {protocol.upper()}, n = {len(results.sequences(protocol))}"
-        columns += [
-            Column(title, lambda row, key=protocol: show_number(row[key], 3)),
-            Column(
-                f"over {REFERENCE_TRACKER} % [95 %]",
-                lambda row, key=protocol: _show_gain(row, key),
-            ),
-        ]
-    return Table(tuple(rows), tuple(columns))
+        columns.append(number(title, protocol, 3))
+        keys = _gain_keys(protocol)
+        label = f"over {REFERENCE_TRACKER} % [95 %]"
+        columns.append(interval(label, *keys, digits=1, factor=100.0, sign="+"))
+    return Table.of(rows, *columns)
 
 
 def _mean_and_gain(
     results: OtbResults, protocol: str, tracker: str, score: Callable[[Curves], float]
 ) -> TableRow:
     sequences, trackers = results.sequences(protocol), results.trackers(protocol)
-    keys = [protocol, *(f"{protocol}_{name}" for name in ("gain", "gain_low", "gain_high"))]
-    row: TableRow = dict.fromkeys(keys)
+    row: TableRow = dict.fromkeys((protocol, *_gain_keys(protocol)))
     if tracker not in trackers or not sequences:
         return row
     scores = [score(curves) for curves in results.of(protocol, tracker, sequences)]
@@ -70,17 +66,16 @@ def _mean_and_gain(
         of_reference = results.of(protocol, REFERENCE_TRACKER, sequences)
         rng = generator(0, Stream.BOOTSTRAP)
         gain = bootstrap_gain(scores, [score(curves) for curves in of_reference], rng)
-        row |= dict(zip(keys[1:], gain, strict=True))
+        row |= dict(zip(_gain_keys(protocol), gain, strict=True))
     return row
 
 
-def _show_gain(row: TableRow, protocol: str) -> str:
-    gain, low, high = (row[f"{protocol}_{name}"] for name in ("gain", "gain_low", "gain_high"))
-    return "-" if gain is None else f"{100 * gain:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]"
+def _gain_keys(protocol: str) -> tuple[str, str, str]:
+    return f"{protocol}_gain", f"{protocol}_gain_low", f"{protocol}_gain_high"
 
 
 def sequence_table(results: OtbResults) -> Table:
-    """DP and OS of every tracker on every sequence that it has finished."""
+    """Returns DP and OS of every tracker on every sequence that it has finished."""
     rows = [
         {
             "protocol": protocol,
@@ -94,11 +89,11 @@ def sequence_table(results: OtbResults) -> Table:
         for tracker in results.trackers(protocol)
         if (protocol, tracker, name) in results.curves
     ]
-    return Table(tuple(rows), _columns("protocol", "sequence", "tracker", "seeds"))
+    return Table(rows, [*words("protocol", "sequence", "tracker", "seeds"), *_SCORE_COLUMNS])
 
 
-def attribute_table(results: OtbResults, protocol: str) -> Table | None:
-    """Mean DP and OS over the sequences of each challenge; None if no sequence names one."""
+def attribute_table(results: OtbResults, protocol: str) -> Table:
+    """Returns mean DP and OS over the sequences of each challenge that a sequence names."""
     rows = [
         {
             "attribute": attribute,
@@ -110,19 +105,11 @@ def attribute_table(results: OtbResults, protocol: str) -> Table | None:
         if (sequences := results.sequences(protocol, attribute))
         for tracker in results.trackers(protocol)
     ]
-    return Table(tuple(rows), _columns("attribute", "n", "tracker")) if rows else None
+    return Table(rows, [*words("attribute", "n", "tracker"), *_SCORE_COLUMNS])
 
 
 def _scores_of(curves: Curves) -> TableRow:
     return {name: score(curves) for name, score in _SCORES.items()}
-
-
-def _columns(*names: str) -> tuple[Column, ...]:
-    words = [Column(name, lambda row, name=name: str(row[name])) for name in names]
-    numbers = [
-        Column(name.upper(), lambda row, name=name: show_number(row[name], 3)) for name in _SCORES
-    ]
-    return (*words, *numbers)
 
 
 _AFFINE_COLUMNS = (
@@ -143,26 +130,19 @@ _HEAVY_TAILED = ("nees", "calibrated_nees", "resampling_distance")
 """A few frames of a lost target rule the mean of these; people see the median, the CSV has both."""
 
 
-def affine_table(results: OtbResults) -> Table | None:
-    """Median and mean of the sizes of the affine errors over all visible frames; None if none."""
+def affine_table(results: OtbResults) -> Table:
+    """Returns median and mean of the sizes of the affine errors over all visible frames."""
     rows: list[TableRow] = []
     for protocol in results.protocols:
         for tracker in results.trackers(protocol):
             lines = results.affine_of(protocol, tracker)
             if lines:
                 rows.append({"protocol": protocol, "tracker": tracker} | _affine_measures(lines))
-    columns = [
-        Column(name, lambda row, name=name: str(row[name]))
-        for name in ("protocol", "tracker", "frames")
-    ]
-    columns += [
-        Column(
-            f"{label} median" + ", mean" * (key not in _HEAVY_TAILED),
-            partial(_show_both, key=key, factor=factor, digits=digits),
-        )
-        for key, label, factor, digits in _AFFINE_COLUMNS
-    ]
-    return Table(tuple(rows), tuple(columns)) if rows else None
+    return Table.of(
+        rows,
+        *words("protocol", "tracker", "frames"),
+        *(_median_and_mean(*shown) for shown in _AFFINE_COLUMNS),
+    )
 
 
 def _affine_measures(lines: Sequence[str]) -> TableRow:
@@ -183,14 +163,17 @@ def _affine_measures(lines: Sequence[str]) -> TableRow:
     values["calibrated_nees"] = calibrated(nees_of_sequence).tolist()
     measures: TableRow = {"frames": count}
     for key, known in values.items():
-        measures[f"median_{key}"] = float(np.median(known)) if known else None
-        measures[f"mean_{key}"] = float(np.mean(known)) if known else None
+        measures[f"median_{key}"] = of_known(np.median, known)
+        measures[f"mean_{key}"] = of_known(np.mean, known)
     return measures
 
 
-def _show_both(row: TableRow, key: str, factor: float, digits: int) -> str:
-    names = ("median",) if key in _HEAVY_TAILED else ("median", "mean")
-    values = [row[f"{name}_{key}"] for name in names]
-    if values[0] is None:
-        return "-"
-    return ", ".join(show_number(factor * value, digits) for value in values)
+def _median_and_mean(key: str, label: str, factor: float, digits: int) -> Column:
+    """Returns a column of medians, and of means where they are not ruled by a few frames."""
+    names = ["median"] if key in _HEAVY_TAILED else ["median", "mean"]
+
+    def show(row: TableRow) -> str:
+        shown = [show_number(row[f"{name}_{key}"], digits, factor) for name in names]
+        return "-" if "-" in shown else ", ".join(shown)
+
+    return Column(f"{label} {', '.join(names)}", show)

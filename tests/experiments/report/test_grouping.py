@@ -1,32 +1,23 @@
-"""Which trials belong together, and what people call them."""
+"""Rows that belong together."""
 
-import pytest
+from types import SimpleNamespace
 
-from experiments.belt.config import TrialConfig
-from experiments.report.grouping import SETTING, cell_keys, group_by, label, show_key
+from experiments.report.grouping import group_by, named_groups, varying
 
-
-@pytest.mark.parametrize(
-    ("field", "values"),
-    [("delay_s", (0.0, 0.066)), ("particle_count", (50, 150)), ("camera_rate_hz", (30.0, 60.0))],
-)
-def test_cells_are_told_apart_by_whatever_else_varies(make_row, field, values):
-    rows = [
-        make_row(TrialConfig(**{field: value}, seed=seed)) for value in values for seed in (0, 1)
-    ]
-    keys = cell_keys(rows)
-    assert keys == ["tracker", "camera", "condition", field, "speed_mps"]
-    assert [len(members) for members in group_by(rows, keys).values()] == [2, 2]
-    assert cell_keys(rows[:2]) == ["tracker", "camera", "condition", "speed_mps"]
+ROWS = [SimpleNamespace(a=a, b=b, seed=seed) for seed, (a, b) in enumerate(["xu", "yu", "xu"])]
 
 
-def test_a_setting_is_all_of_a_trial_that_is_not_the_tracker_s_own():
-    assert {"gripper_delay_s", "camera_rate_hz", "motion"} < set(SETTING)
-    assert not {"tracker", "seed", "particle_count"} & set(SETTING)
+def test_groups_come_in_order_of_first_appearance():
+    groups = group_by(reversed(ROWS), ["b", "a"])
+    seeds = [(key, [row.seed for row in members]) for key, members in groups.items()]
+    assert seeds == [(("u", "x"), [2, 0]), (("u", "y"), [1])]
+    assert group_by(ROWS, []) == {(): ROWS} and group_by([], ["a"]) == {}
 
 
-def test_values_have_few_digits_and_their_unit():
-    shown = [show_key(value) for value in (0.1, 0.066, 30.0, 150, "normal", 0.0)]
-    assert shown == ["0.10", "0.066", "30", "150", "normal", "0"]
-    assert label("delay_s", 0.066) == "0.066 s delay"
-    assert label("tracker", "igpf") == "igpf"
+def test_groups_are_named_by_their_keys():
+    assert named_groups(ROWS, ["a"]) == [({"a": "x"}, [ROWS[0], ROWS[2]]), ({"a": "y"}, [ROWS[1]])]
+
+
+def test_what_varies_has_more_than_one_value():
+    assert varying(ROWS, ["b", "a", "seed"]) == ["a", "seed"]
+    assert varying(ROWS[:1], ["a"]) == [] and varying([], ["a"]) == []

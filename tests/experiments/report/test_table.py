@@ -5,7 +5,20 @@ import math
 
 import pytest
 
-from experiments.report.table import Column, Table, show_number
+from experiments.report.table import (
+    Column,
+    Table,
+    interval,
+    number,
+    numbers,
+    p_value,
+    rate,
+    show_number,
+    show_p,
+    word,
+    words,
+    write_tables,
+)
 
 
 @pytest.fixture
@@ -73,3 +86,42 @@ def test_a_table_is_written_in_every_format(table, tmp_path):
 def test_numbers_have_one_format():
     shown = [show_number(value) for value in (None, math.nan, 1.005, 2)]
     assert shown == ["-", "-", "1.00", "2.00"]
+
+
+def test_small_p_has_a_bound():
+    assert [show_p(p) for p in (0.0004, 0.0316, 1.0)] == ["< 0.001", "0.032", "1.000"]
+
+
+def shown(column, row):
+    return column.label, column.show(row)
+
+
+def test_columns_of_words_and_numbers():
+    row = {"n": 3, "name": "igpf", "error": 0.01234, "share": 0.875, "p": 0.5, "none": None}
+    assert [shown(column, row) for column in words("n", "name")] == [("n", "3"), ("name", "igpf")]
+    assert shown(word("against", "name"), row) == ("against", "igpf")
+    assert shown(word("against", "none"), row) == ("against", "-")
+    assert shown(number("e", "error"), row) == ("e", "0.01")
+    assert shown(number("e [mm]", "error", 1, 1e3), row) == ("e [mm]", "12.3")
+    assert shown(number("e", "none"), row) == ("e", "-")
+    assert shown(rate("s %", "share"), row) == ("s %", "87.5")
+    assert shown(rate("s %", "none"), row) == ("s %", "-")
+    assert shown(p_value("p", "p"), row) == ("p", "0.500")
+    several = numbers([("error", "e", 3), ("share", "s", 1)])
+    assert [shown(column, row) for column in several] == [("e", "0.012"), ("s", "0.9")]
+
+
+def test_an_interval_shows_what_there_is():
+    row = {"x": 0.25, "low": -0.1, "high": 0.6, "none": None}
+    assert interval("x", "x", "low", "high").show(row) == "0.25 [-0.10, 0.60]"
+    percent = interval("x", "x", "low", "high", digits=1, factor=100.0, sign="+")
+    assert percent.show(row) == "+25.0 [-10.0, +60.0]"
+    assert interval("[95 %]", "low", "high", digits=3).show(row) == "[-0.100, 0.600]"
+    assert interval("x", "x", "none", "none").show(row) == "0.25"
+    assert interval("x", "none", "none", "none").show(row) == "-"
+    assert interval("[95 %]", "none", "none").show(row) == "-"
+
+
+def test_a_table_without_rows_is_not_written(table, tmp_path):
+    paths = write_tables(tmp_path, {"empty": Table.of([], *table.columns), "full": table})
+    assert [path.name for path in paths] == ["full.csv", "full.md", "full.tex"]

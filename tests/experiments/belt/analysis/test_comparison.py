@@ -2,7 +2,13 @@
 
 import pytest
 
-from experiments.belt.comparison import Comparison, Contestant, compare, pooled, verdict_lines
+from experiments.belt.analysis.comparison import (
+    Comparison,
+    Contestant,
+    compare,
+    pooled,
+    verdict_lines,
+)
 from experiments.belt.config import TrialConfig
 from experiments.belt.presets import Preset, expand
 from experiments.study import records

@@ -1,8 +1,5 @@
 """Success against belt speed, and over conditions, motions and trackers at a glance."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -13,18 +10,18 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.belt.config import TrialResult
-from experiments.report.grouping import cell_keys, group_by, label
-from experiments.report.statistics import wilson_interval
-from experiments.report.style import (
-    PAGE_WIDTH_IN,
-    add_legend,
+from experiments.belt.analysis.cells import (
+    cell_keys,
     cell_sizes,
-    panel_grid,
+    label,
     settings_of,
-    tracker_style,
+    title_of,
     trackers_of,
 )
+from experiments.belt.config import TrialResult
+from experiments.report.grouping import group_by, varying
+from experiments.report.statistics import wilson_interval
+from experiments.report.style import PAGE_WIDTH_IN, add_legend, panel_grid, tracker_style
 
 TRACKER_LINE = "-"
 """Others are control arms: without a band, and hollow, so that trackers show through."""
@@ -45,10 +42,10 @@ def draw_speed(results: Sequence[TrialResult]) -> Figure | None:
     """
     if len({row.speed_mps for row in results}) < 2:
         return None
-    panels = settings_of(results, cell_keys(results))
-    width_in = PAGE_WIDTH_IN if len(panels) > 1 else 4.6
-    figure, axes = panel_grid(len(panels), 3, width_in, row_in=2.3)
-    for axis, (title, members) in zip(axes, panels.items(), strict=True):
+    settings = settings_of(results, cell_keys(results))
+    width_in = PAGE_WIDTH_IN if len(settings) > 1 else 4.6
+    figure, axes = panel_grid(len(settings), 3, width_in, row_in=2.3)
+    for axis, (title, members) in zip(axes, settings.items(), strict=True):
         for tracker in trackers_of(results):
             _draw_rates(axis, tracker, [row for row in members if row.tracker == tracker])
         _draw_bound(axis, members)
@@ -57,7 +54,7 @@ def draw_speed(results: Sequence[TrialResult]) -> Figure | None:
     axes[0].set_xlim(left=0.0)
     figure.supxlabel("belt speed [m/s]", fontsize=8)
     figure.supylabel("successful grasps [%]", fontsize=8)
-    add_legend(figure, axes, columns=7 if len(panels) > 1 else 4)
+    add_legend(figure, axes, columns=7 if len(settings) > 1 else 4)
     return figure
 
 
@@ -140,11 +137,11 @@ def draw_matrix(results: Sequence[TrialResult]) -> Figure | None:
     trackers = trackers_of(results)
     columns = max(1, _PAGE_CELLS // len(trackers))
     figure, axes = panel_grid(len(panels), columns, PAGE_WIDTH_IN, row_in=0.6 + 0.2 * len(rows))
-    varying = [k for k in panel_keys if len({getattr(row, k) for row in results}) > 1]
+    titled = varying(results, panel_keys)
     for axis, members in zip(axes, panels.values(), strict=True):
         cells = group_by(members, [row_key, "tracker"])
         _draw_cells(axis, [[cells.get((row, t), []) for t in trackers] for row in rows])
-        axis.set_title(", ".join(label(k, getattr(members[0], k)) for k in varying))
+        axis.set_title(title_of(titled, [getattr(members[0], key) for key in titled]))
         axis.tick_params(axis="x", rotation=90)
     axes[0].set_yticks(range(len(rows)), [label(row_key, row) for row in rows])
     axes[0].set_xticks(range(len(trackers)), trackers)

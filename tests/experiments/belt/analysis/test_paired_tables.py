@@ -2,8 +2,8 @@
 
 import pytest
 
+from experiments.belt.analysis.paired_tables import condition_table, paired_tables
 from experiments.belt.config import TrialConfig
-from experiments.belt.paired_tables import condition_table, paired_tables, show_p
 
 
 @pytest.fixture
@@ -48,9 +48,9 @@ def test_verdicts_count_cells_and_holm_is_harder_to_please(rows):
 
 
 def test_there_are_no_pairs_without_the_reference_or_without_common_worlds(rows):
-    assert paired_tables(rows("pf", [True])) == {}
+    assert not any(table.rows for table in paired_tables(rows("pf", [True])).values())
     reference, rival = rows("igpf", [True]), rows("pf", [True, True])[1:]
-    assert paired_tables([*reference, *rival]) == {}
+    assert not any(table.rows for table in paired_tables([*reference, *rival]).values())
 
 
 def test_a_condition_is_held_against_the_normal_one_in_the_same_worlds(rows):
@@ -58,13 +58,8 @@ def test_a_condition_is_held_against_the_normal_one_in_the_same_worlds(rows):
     dark = rows("igpf", [False] * 6 + [True], condition="dark-3", speed_mps=0.1)
     alone = rows("pf", [False], condition="dark-3")
     table = condition_table([*normal, *dark, *alone])
-    assert table is not None
     (row,) = table.rows
     assert (row["tracker"], row["condition"], row["n"]) == ("igpf", "dark-3", 7)
     assert (row["first_only"], row["second_only"], row["verdict"]) == (0, 6, "worse")
     assert row["difference"] == pytest.approx(-6 / 7)
-    assert condition_table(normal) is None
-
-
-def test_small_p_has_a_bound():
-    assert [show_p(p) for p in (0.0004, 0.0316, 1.0)] == ["< 0.001", "0.032", "1.000"]
+    assert not condition_table(normal).rows

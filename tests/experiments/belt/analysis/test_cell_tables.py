@@ -5,15 +5,15 @@ import math
 
 import pytest
 
-from experiments.belt.config import TrialConfig, TrialTimings
-from experiments.belt.presets import Preset, expand
-from experiments.belt.tables import (
+from experiments.belt.analysis.cell_tables import (
     blame_table,
     cost_table,
     outcome_table,
     success_table,
     tracking_table,
 )
+from experiments.belt.config import TrialConfig, TrialTimings
+from experiments.belt.presets import Preset, expand
 
 
 @pytest.fixture
@@ -87,13 +87,11 @@ def test_costs_are_medians_of_the_trials_that_did_not_crash(make_row):
         TrialTimings(row.trial_id, wall_s, 5.0, 10.0 * wall_s, None, 0.1, 0.2)
         for row, wall_s in zip(rows, (1.0, 2.0, 7.0, 99.0), strict=True)
     ]
-    table = cost_table(rows, timings)
-    assert table is not None
-    (row,) = table.rows
+    (row,) = cost_table(rows, timings).rows
     assert (row["n"], row["wall_s"], row["render_ms_per_image"]) == (3, 2.0, 20.0)
     assert row["track_ms_per_image"] is None
     assert row["real_time_factor"] == pytest.approx(1.5)
-    assert cost_table(rows, []) is None
+    assert not cost_table(rows, []).rows
 
 
 def test_outcomes_add_up(results):
@@ -116,10 +114,8 @@ def test_a_failure_is_the_tracker_s_where_the_oracle_succeeds(make_row):
         for name, successes in ends.items()
         for seed, success in enumerate(successes)
     ]
-    table = blame_table(rows)
-    assert table is not None
-    (row,) = table.rows
+    (row,) = blame_table(rows).rows
     named = ("tracker", "n", "failures", "tracking", "arm", "unknown")
     assert tuple(row[name] for name in named) == ("igpf", 4, 3, 1, 1, 1)
-    assert blame_table([row for row in rows if row.tracker != "oracle"]) is None
-    assert blame_table([row for row in rows if row.success]) is None
+    assert not blame_table([row for row in rows if row.tracker != "oracle"]).rows
+    assert not blame_table([row for row in rows if row.success]).rows

@@ -6,13 +6,14 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from experiments.belt.analysis.cells import cell_sizes
+from experiments.belt.analysis.curve_figures import shown_speeds, stacked
+from experiments.belt.analysis.figures import MOST_SETTINGS, curve_settings
+from experiments.belt.analysis.outcome_figure import OUTCOME_STYLES, draw_outcomes
+from experiments.belt.analysis.success_figures import draw_matrix, draw_speed
 from experiments.belt.config import Outcome, TrialConfig
-from experiments.belt.curve_figures import shown_speeds, stacked
-from experiments.belt.figures import MOST_SETTINGS, curve_settings
-from experiments.belt.outcome_figure import OUTCOME_STYLES, draw_outcomes
 from experiments.belt.presets import Preset, expand
-from experiments.belt.success_figures import draw_matrix, draw_speed
-from experiments.report.style import TRACKER_STYLES, cell_sizes, file_name, tracker_style
+from experiments.report.style import TRACKER_STYLES, file_name, tracker_style
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from experiments.belt.analysis.cells import SETTING, World, title_of, world_of
 from experiments.belt.config import TrialResult
-from experiments.report.grouping import SETTING, World, label, world_of
 from experiments.report.statistics import (
     mcnemar_exact,
     newcombe_paired_difference,
@@ -116,7 +116,7 @@ def verdict_lines(first: Side[TrialResult], second: Side[TrialResult]) -> list[s
     lines = [f"{first.label} against {second.label}, success in the same worlds:"]
     if len(settings) > 1:
         for setting, comparison in settings.items():
-            name = ", ".join(label(keys[k], setting[k]) for k in varying)
+            name = title_of([keys[k] for k in varying], [setting[k] for k in varying])
             lines.append(f"  {name}: {_sentence(comparison)}")
     return [*lines, f"all together: {_sentence(pooled(list(settings.values())))}"]
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from experiments.belt.analysis.cells import cell_keys, settings_of, trackers_of
+from experiments.belt.analysis.curve_figures import draw_curves, draw_error_bars
+from experiments.belt.analysis.outcome_figure import draw_outcomes
+from experiments.belt.analysis.success_figures import draw_matrix, draw_speed
 from experiments.belt.config import TrialResult
-from experiments.belt.curve_figures import draw_curves, draw_error_bars
 from experiments.belt.curves import ErrorCurve
-from experiments.belt.outcome_figure import draw_outcomes
-from experiments.belt.success_figures import draw_matrix, draw_speed
-from experiments.report.grouping import cell_keys
-from experiments.report.style import figure_style, file_name, settings_of, trackers_of, write_figure
+from experiments.report.style import figure_style, file_name, write_figure
 
 MOST_SETTINGS = 6
 """More pages of curves than this nobody reads; the curves themselves are in the file."""

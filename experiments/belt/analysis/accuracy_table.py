@@ -6,37 +6,41 @@ import math
 from collections.abc import Sequence
 from statistics import median
 
-from experiments.belt.comparison import SIGNIFICANCE
+from experiments.belt.analysis.cells import condition_keys, key_columns, world_of
+from experiments.belt.analysis.comparison import SIGNIFICANCE
+from experiments.belt.analysis.paired_tables import REFERENCE_TRACKER, rivals
 from experiments.belt.config import TrialResult
-from experiments.belt.paired_tables import REFERENCE_TRACKER, show_p
-from experiments.belt.tables import key_columns
-from experiments.report.grouping import cell_keys, group_by, world_of
 from experiments.report.statistics import holm, mcnemar_exact
-from experiments.report.table import Column, Table, TableRow
+from experiments.report.table import Table, TableRow, number, p_value, word, words
 
 
-def accuracy_table(results: Sequence[TrialResult]) -> Table | None:
-    """A row for each rival and condition, all speeds together; None without pairs.
+def accuracy_table(results: Sequence[TrialResult]) -> Table:
+    """Returns a row for each rival and condition, all speeds together; no rows without pairs.
 
     In each world that both have tracked the smaller error of the tracked position wins; the p is
     the exact sign test's [Dixon1946], and Holm's over the conditions of a rival [Holm1979]. The
     ratio is the geometric mean of the rival's error over the reference's.
     """
-    keys = [key for key in cell_keys(results) if key != "speed_mps"]
-    cells = group_by(results, keys)
-    rows: dict[object, list[TableRow]] = {}
-    for cell, members in cells.items():
-        reference = cells.get((REFERENCE_TRACKER, *cell[1:]))
-        if cell[0] != REFERENCE_TRACKER and reference is not None:
-            pairs = _paired_errors(reference, members)
-            if pairs:
-                measures = dict(zip(keys, cell, strict=True)) | _measures(pairs)
-                rows.setdefault(cell[0], []).append(measures)
-    for family in rows.values():
+    keys = condition_keys(results)
+    families: dict[object, list[TableRow]] = {}
+    for names, reference, members in rivals(results, keys):
+        if pairs := _paired_errors(reference, members):
+            families.setdefault(names["tracker"], []).append(names | _measures(pairs))
+    for family in families.values():
         for row, p in zip(family, holm([row["sign_p"] for row in family]), strict=True):
             row |= {"holm_p": p, "verdict": _verdict(row, p)}
-    flat = tuple(row for family in rows.values() for row in family)
-    return Table(flat, _columns(keys)) if flat else None
+    columns = (
+        *key_columns(keys),
+        *words("n"),
+        number(f"RMSE {REFERENCE_TRACKER} [mm]", "first_rmse_m", factor=1e3),
+        number("RMSE tracker [mm]", "second_rmse_m", factor=1e3),
+        number("ratio", "ratio"),
+        word(f"{REFERENCE_TRACKER} closer in", "closer"),
+        p_value("sign test p", "sign_p"),
+        p_value("Holm p", "holm_p"),
+        word(f"{REFERENCE_TRACKER} is", "verdict"),
+    )
+    return Table([row for family in families.values() for row in family], columns)
 
 
 def _paired_errors(
@@ -68,17 +72,3 @@ def _verdict(row: TableRow, p: float) -> str:
     if p >= SIGNIFICANCE:
         return "undecided"
     return "closer" if row["closer"] > row["wider"] else "wider"
-
-
-def _columns(keys: Sequence[str]) -> tuple[Column, ...]:
-    return (
-        *key_columns(keys),
-        Column("n", lambda row: str(row["n"])),
-        Column(f"RMSE {REFERENCE_TRACKER} [mm]", lambda row: f"{1e3 * row['first_rmse_m']:.2f}"),
-        Column("RMSE tracker [mm]", lambda row: f"{1e3 * row['second_rmse_m']:.2f}"),
-        Column("ratio", lambda row: f"{row['ratio']:.2f}"),
-        Column(f"{REFERENCE_TRACKER} closer in", lambda row: str(row["closer"])),
-        Column("sign test p", lambda row: show_p(row["sign_p"])),
-        Column("Holm p", lambda row: show_p(row["holm_p"])),
-        Column(f"{REFERENCE_TRACKER} is", lambda row: row["verdict"]),
-    )

@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import isotonic_regression
 
+from experiments.belt.analysis.cells import condition_keys, key_columns
 from experiments.belt.config import TrialResult
-from experiments.report.grouping import cell_keys, group_by, heading, show_key
-from experiments.report.table import Column, Table, TableRow
+from experiments.report.grouping import named_groups
+from experiments.report.table import Column, Table, TableRow, word, words
 from experiments.seeding import Stream, generator
 
 FEWEST_SPEEDS = 3
@@ -95,29 +96,25 @@ def _fitted(rates: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return fit.x
 
 
-def half_speed_table(results: Sequence[TrialResult]) -> Table | None:
-    """The half-success speed of each tracker in each setting; None without enough speeds."""
-    keys = [key for key in cell_keys(results) if key != "speed_mps"]
+def half_speed_table(results: Sequence[TrialResult]) -> Table:
+    """Returns the half-success speed of each tracker in each setting with enough speeds."""
+    keys = condition_keys(results)
     rows: list[TableRow] = []
-    for cell, members in group_by(results, keys).items():
+    for names, members in named_groups(results, keys):
         speeds = sorted({row.speed_mps for row in members})
         if len(speeds) < FEWEST_SPEEDS:
             continue
-        found = half_speed(members, generator(0, Stream.BOOTSTRAP, ",".join(map(str, cell))))
+        cell = ",".join(map(str, names.values()))
+        found = half_speed(members, generator(0, Stream.BOOTSTRAP, cell))
         rows.append(
-            dict(zip(keys, cell, strict=True))
+            names
             | {"n": len(members), "seed_count": len({row.seed for row in members})}
             | {"slowest_mps": speeds[0], "fastest_mps": speeds[-1]}
             | {"half_speed_mps": found.speed_mps}
             | {"half_speed_low_mps": found.low_mps, "half_speed_high_mps": found.high_mps}
         )
-    columns = (
-        *(Column(heading(key), lambda row, key=key: show_key(row[key])) for key in keys),
-        Column("n", lambda row: str(row["n"])),
-        Column("seeds", lambda row: str(row["seed_count"])),
-        Column("50 % speed [m/s] [95 %]", _show_speed),
-    )
-    return Table(tuple(rows), columns) if rows else None
+    speed = Column("50 % speed [m/s] [95 %]", _show_speed)
+    return Table(rows, [*key_columns(keys), *words("n"), word("seeds", "seed_count"), speed])
 
 
 def _show_speed(row: TableRow) -> str:

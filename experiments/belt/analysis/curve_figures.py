@@ -1,8 +1,5 @@
 """Error curves of a setting: all of them with their median, and their mean with error bars."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -11,10 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from experiments.belt.analysis.cells import trackers_of
 from experiments.belt.config import TrialResult
 from experiments.belt.curves import CURVE_HZ, ErrorCurve
 from experiments.report.grouping import group_by
-from experiments.report.style import PAGE_WIDTH_IN, add_legend, tracker_style, trackers_of
+from experiments.report.style import PAGE_WIDTH_IN, add_legend, panels, tracker_style
 
 MOST_SPEEDS = 4
 """Columns of a page: the lowest speed, the highest, and those between at equal steps."""
@@ -44,7 +42,7 @@ def draw_curves(
     for i, tracker in enumerate(trackers):
         for j, speed in enumerate(speeds):
             members = cells.get((tracker, speed), [])
-            axis: Axes = axes[i, j]
+            axis = axes[i][j]
             _draw_cell(axis, tracker, members, curves)
             axis.text(
                 0.97, 0.95, f"n = {len(members)}", transform=axis.transAxes, ha="right", va="top"
@@ -54,7 +52,7 @@ def draw_curves(
                 axis.set_yscale("log")
                 axis.set_ylim(1e-4, 2.0)
                 axis.set_xlim(0.0, _end_s(results, speed, curves))
-        axes[i, 0].set_ylabel(tracker)
+        axes[i][0].set_ylabel(tracker)
     figure.supylabel("pose error [m], a radian as 0.1 m", fontsize=8)
     figure.supxlabel("time in view [s]", fontsize=8)
     add_legend(figure, axes[0], columns=4)
@@ -71,7 +69,7 @@ def draw_error_bars(
     trackers, speeds = trackers_of(results), shown_speeds(results)
     figure, axes = _panels(title, 1, len(speeds))
     cells = group_by(results, ["tracker", "speed_mps"])
-    for axis, speed in zip(axes.flat, speeds, strict=True):
+    for axis, speed in zip(axes[0], speeds, strict=True):
         end_s = _end_s(results, speed, curves)
         for place, tracker in enumerate(trackers):
             members = cells.get((tracker, speed), [])
@@ -83,9 +81,9 @@ def draw_error_bars(
         axis.set_ylim(0.0, 0.45)
         axis.set_xlim(0.0, end_s)
         axis.set_title(f"{speed:.2f} m/s")
-    axes[0, 0].set_ylabel("true pose error [m]")
+    axes[0][0].set_ylabel("true pose error [m]")
     figure.supxlabel("time in view [s]", fontsize=8)
-    add_legend(figure, axes.flat, columns=7)
+    add_legend(figure, axes[0], columns=7)
     return figure
 
 
@@ -122,13 +120,11 @@ def _end_s(
     )
 
 
-def _panels(title: str, rows: int, columns: int) -> tuple[Figure, np.ndarray]:
-    figure = Figure(
-        figsize=(min(PAGE_WIDTH_IN, 1.2 + 2.4 * columns), 0.9 + 1.35 * max(rows, 1.4)),
-        layout="constrained",
-    )
+def _panels(title: str, rows: int, columns: int) -> tuple[Figure, list[list[Axes]]]:
+    width_in = min(PAGE_WIDTH_IN, 1.2 + 2.4 * columns)
+    figure, axes = panels(rows, columns, 0.9 + 1.35 * max(rows, 1.4), width_in, "col", True)
     figure.suptitle(title, x=0.995, ha="right", fontsize=8)
-    return figure, figure.subplots(rows, columns, sharex="col", sharey=True, squeeze=False)
+    return figure, axes
 
 
 def _draw_cell(

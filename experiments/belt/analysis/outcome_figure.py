@@ -1,21 +1,18 @@
 """How the trials of each cell ended, as stacked bars."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from experiments.belt.analysis.cells import cell_keys, cell_sizes, title_of, trackers_of
 from experiments.belt.config import TrialResult
-from experiments.report.grouping import cell_keys, group_by, label
-from experiments.report.style import PAGE_WIDTH_IN, cell_sizes, trackers_of
+from experiments.report.grouping import group_by, varying
+from experiments.report.style import panels
 
 OUTCOME_STYLES: dict[str, tuple[str, str]] = {
     "success": ("#DCEFE3", ""),
@@ -41,21 +38,17 @@ def draw_outcomes(results: Sequence[TrialResult]) -> Figure:
     """A panel for each tracker, a bar for each setting and speed, failures on success."""
     trackers = trackers_of(results)
     names = [key for key in cell_keys(results) if key != "tracker"]
-    varying = [k for k in names if len({getattr(row, k) for row in results}) > 1]
-    names = varying or ["speed_mps"]
+    names = varying(results, names) or ["speed_mps"]
     cells = group_by(results, names)
-    height = 1.0 + _ROW_IN * len(cells)
-    figure = Figure(figsize=(PAGE_WIDTH_IN, max(2.0, height)), layout="constrained")
-    axes: list[Axes] = list(
-        figure.subplots(1, len(trackers), sharex=True, sharey=True, squeeze=False).flat
-    )
+    height_in = max(2.0, 1.0 + _ROW_IN * len(cells))
+    figure, (axes,) = panels(1, len(trackers), height_in, sharex=True, sharey=True)
     for axis, tracker in zip(axes, trackers, strict=True):
         for place, members in enumerate(cells.values()):
             _draw_bar(axis, place, [row for row in members if row.tracker == tracker])
         axis.set_title(tracker)
         axis.grid(axis="y", visible=False)
         axis.tick_params(axis="y", length=0)
-    labels = [_name(names, cell) for cell in cells]
+    labels = [title_of(names, cell, between="  ") for cell in cells]
     axes[0].set_yticks(range(len(labels)), labels)
     axes[0].set_ylim(len(labels) - 0.4, -0.6)
     axes[0].set_xlim(0, 100)
@@ -94,7 +87,3 @@ def _add_legend(figure: Figure, results: Sequence[TrialResult]) -> None:
         if outcome in present
     ]
     figure.legend(handles=handles, loc="outside upper left", ncols=min(len(handles), 6))
-
-
-def _name(names: Sequence[str], cell: tuple[Any, ...]) -> str:
-    return "  ".join(label(key, value) for key, value in zip(names, cell, strict=True))
