@@ -1,22 +1,19 @@
 """Figures of bearing-only flights: how errors go with time and with the setting."""
 
-# pyright: basic, reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportGeneralTypeIssues=false
-# pandas is annotated in part: what a selection or a group gives is not known.
-
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
+from experiments.bearing_only.config import FlightResult
 from experiments.bearing_only.flight_figures import write_flight_figures
-from experiments.bearing_only.tables import bootstrap_mean
-from experiments.report.style import PAGE_WIDTH_IN, add_legend, figure_style, write_figure
+from experiments.bearing_only.tables import bootstrap_mean, column_of
+from experiments.report.grouping import group_by
+from experiments.report.style import add_legend, figure_style, log_scale, panels, write_figure
 
 STYLES: dict[str, tuple[str, str]] = {
     "published": ("#8C6D31", "-"),
@@ -40,148 +37,144 @@ STYLES: dict[str, tuple[str, str]] = {
 """Colour and line of each controller; oracles are dotted."""
 
 
+_ERRORS = {
+    "target_error_m": "mean error of the target [m]",
+    "robot_error_m": "mean error of the vehicle [m]",
+}
+"""Columns of runs.csv, and titles of their panels."""
+
+
 def write_figures(
-    folder: Path, source: Path, runs: pd.DataFrame, curves: pd.DataFrame
+    folder: Path,
+    source: Path,
+    runs: Sequence[FlightResult],
+    curves: Mapping[str, np.ndarray],
 ) -> list[Path]:
-    """Writes what the study has; returns the paths."""
-    study = str(runs["study"].iloc[0])
+    """Writes what the study has into `folder` and returns the paths.
+
+    Args:
+        folder: Where to.
+        source: The results folder, which holds the flights that were kept whole.
+        runs: Its flights.
+        curves: Columns of its error curves; empty where it has none.
+    """
     with figure_style():
-        if study == "speed":
-            return write_figure(_error_by(runs, "v_max_mps", "v_max [m/s]"), folder, "speed")
-        if study == "localisation":
+        if runs[0].study == "speed":
+            return write_figure(_error_by_speed(runs), folder, "speed")
+        if runs[0].study == "localisation":
             return write_figure(_error_by_pose_error(runs), folder, "localisation")
         paths: list[Path] = []
-        for prior, members in runs.groupby("range_prior", sort=True):
+        for (prior,), members in sorted(group_by(runs, ["range_prior"]).items()):
             name = f"prior{prior:g}"
-            known = curves[curves["run_id"].isin(members["run_id"])]
-            if len(known):
-                figure = _mean_curves(members, known)
+            if np.isin([run.run_id for run in members], curves.get("run_id", [])).any():
+                figure = _median_curves(members, curves)
                 paths += write_figure(figure, folder, f"error_curves_{name}")
             paths += write_figure(_error_spread(members), folder, f"errors_{name}")
         return paths + write_flight_figures(folder, source, runs)
 
 
-def _controllers(runs: pd.DataFrame) -> list[str]:
-    return [name for name in STYLES if name in set(runs["controller"])]
+def _by_controller(runs: Sequence[FlightResult]) -> dict[str, list[FlightResult]]:
+    groups = group_by(runs, ["controller"])
+    return {name: groups[(name,)] for name in STYLES if (name,) in groups}
 
 
-def _mean_curves(runs: pd.DataFrame, curves: pd.DataFrame) -> Figure:
-    """Target error, its believed deviation along the line of sight, robot error: medians."""
-    merged = curves.merge(runs[["run_id", "controller"]], on="run_id")
-    figure = Figure(figsize=(PAGE_WIDTH_IN, 2.7), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(1, 3))
-    titles = (
-        ("target_error_m", "error of the target [m]"),
-        ("sight_std_m", "its std along the line of sight [m]"),
-        ("robot_error_m", "error of the vehicle [m]"),
-    )
-    for axis, (column, title) in zip(axes, titles, strict=True):
-        for name in _controllers(runs):
-            members = merged[merged["controller"] == name].groupby("iteration")[column]
-            median = members.median()
-            if column == "robot_error_m" and not median.any():
+def _median_curves(runs: Sequence[FlightResult], curves: Mapping[str, np.ndarray]) -> Figure:
+    """Draws medians of the target error, its std along the line of sight, the vehicle's error."""
+    figure, (axes,) = panels(1, 3, 2.7)
+    titles = {
+        "target_error_m": "error of the target [m]",
+        "sight_std_m": "its std along the line of sight [m]",
+        "robot_error_m": "error of the vehicle [m]",
+    }
+    for axis, (column, title) in zip(axes, titles.items(), strict=True):
+        for name, members in _by_controller(runs).items():
+            of_runs = np.isin(curves["run_id"], [run.run_id for run in members])
+            iteration, values = curves["iteration"][of_runs], curves[column][of_runs]
+            at = np.unique(iteration)
+            if not len(at) or (column == "robot_error_m" and not values.any()):
                 continue  # an oracle's
+            band = [np.nanpercentile(values[iteration == k], [10.0, 50.0, 90.0]) for k in at]
+            low, median, high = np.array(band).T
             colour, line = STYLES[name]
-            axis.plot(median.index, median, line, color=colour, lw=1.2, label=name)
-            low, high = members.quantile(0.1), members.quantile(0.9)
+            axis.plot(at, median, line, color=colour, lw=1.2, label=name)
             if name in ("gradient", "follow"):
-                axis.fill_between(median.index, low, high, color=colour, alpha=0.12, lw=0)
+                axis.fill_between(at, low, high, color=colour, alpha=0.12, lw=0)
         axis.set_title(title)
         axis.set_xlabel("iteration")
         if column != "robot_error_m":
-            axis.set_yscale("log")
-            _plain_ticks(axis.yaxis)
+            log_scale(axis, "y")
         else:
             axis.set_ylim(bottom=0.0)
     add_legend(figure, axes, 7)
     return figure
 
 
-def _error_spread(runs: pd.DataFrame) -> Figure:
-    """Each flight a point, by controller; the mean as a line."""
-    names = _controllers(runs)
-    figure = Figure(figsize=(PAGE_WIDTH_IN, 0.8 + 0.22 * len(names)), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(1, 2, sharey=True))
-    for axis, column, title in (
-        (axes[0], "target_error_m", "mean error of the target [m]"),
-        (axes[1], "robot_error_m", "mean error of the vehicle [m]"),
-    ):
-        for row, name in enumerate(names):
-            values = runs.loc[runs["controller"] == name, column].dropna().to_numpy(float)
-            if not len(values) or not values.any():
+def _error_spread(runs: Sequence[FlightResult]) -> Figure:
+    """Draws each flight as a point, by controller, and the mean as a line."""
+    groups = _by_controller(runs)
+    figure, (axes,) = panels(1, 2, 0.8 + 0.22 * len(groups), sharey=True)
+    for axis, (column, title) in zip(axes, _ERRORS.items(), strict=True):
+        for row, (name, members) in enumerate(groups.items()):
+            values = column_of(members, column)
+            if not values.any():
                 continue
             lift = np.linspace(-0.28, 0.28, len(values))
             axis.plot(values, row + lift, ".", ms=2.5, color=STYLES[name][0], alpha=0.6)
             axis.plot([values.mean()] * 2, [row - 0.4, row + 0.4], "-", color="black", lw=1.2)
         axis.set_title(title)
-        axis.set_xscale("log")
-        _plain_ticks(axis.xaxis)
+        log_scale(axis, "x")
         axis.grid(axis="y", visible=False)
-    axes[0].set_yticks(range(len(names)), names)
+    axes[0].set_yticks(range(len(groups)), list(groups))
     axes[0].invert_yaxis()
     return figure
 
 
-def _error_by(runs: pd.DataFrame, column: str, label: str) -> Figure:
-    """[Wu2022] Fig. 19: mean and standard deviation over the flights by a setting."""
-    figure = Figure(figsize=(PAGE_WIDTH_IN, 2.8), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(1, 2))
-    for axis, error, title in (
-        (axes[0], "target_error_m", "mean error of the target [m]"),
-        (axes[1], "robot_error_m", "mean error of the vehicle [m]"),
-    ):
-        for name in _controllers(runs):
-            _plot_error(axis, runs[runs["controller"] == name], column, error, name)
+def _error_by_speed(runs: Sequence[FlightResult]) -> Figure:
+    """Draws mean and standard deviation over the flights by speed, as [Wu2022] Fig. 19."""
+    figure, (axes,) = panels(1, 2, 2.8)
+    for axis, (error, title) in zip(axes, _ERRORS.items(), strict=True):
+        for name, members in _by_controller(runs).items():
+            _plot_error(axis, members, "v_max_mps", error, name)
         axis.set_title(title)
-        axis.set_xlabel(label)
+        axis.set_xlabel("v_max [m/s]")
         axis.set_ylim(bottom=0.0)
     add_legend(figure, axes, 7)
     return figure
 
 
-def _error_by_pose_error(runs: pd.DataFrame) -> Figure:
-    """[Wu2022] Fig. 18, once for each kind of error."""
+def _error_by_pose_error(runs: Sequence[FlightResult]) -> Figure:
+    """Draws errors by the error of the known pose, as [Wu2022] Fig. 18, once for each kind."""
     titles = {
         "told": "white noise, the filter knows",
         "hidden": "white noise, the filter does not know",
         "drift": "drift of that size at the end, known",
     }
-    kinds = [kind for kind in titles if kind in set(runs["pose_error"])]
-    figure = Figure(figsize=(PAGE_WIDTH_IN, 2.6), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(1, len(kinds), squeeze=False)[0])
+    groups = group_by(runs, ["pose_error"])
+    kinds = [kind for kind in titles if (kind,) in groups]
+    figure, (axes,) = panels(1, len(kinds), 2.6)
     for axis, kind in zip(axes, kinds, strict=True):
-        of_kind = runs[runs["pose_error"] == kind]
-        for name in _controllers(runs):
-            members = of_kind[of_kind["controller"] == name]
+        for name, members in _by_controller(groups[(kind,)]).items():
             _plot_error(axis, members, "pose_error_m", "target_error_m", name)
         axis.set_title(titles[kind])
         axis.set_xlabel("std of the position error [m]")
         if kind == "hidden":
-            axis.set_yscale("log")
-            _plain_ticks(axis.yaxis)
+            log_scale(axis, "y")
     axes[0].set_ylabel("mean error of the target [m]")
     add_legend(figure, axes, 7)
     return figure
 
 
-def _plot_error(axis: Axes, runs: pd.DataFrame, x: str, y: str, name: str) -> None:
-    """Mean, its interval as a bar and the standard deviation as a band."""
-    groups = [(float(value), group[y].dropna().to_numpy(float)) for value, group in runs.groupby(x)]  # pyright: ignore[reportArgumentType]
-    groups = [(value, errors) for value, errors in groups if len(errors) > 1 and errors.any()]
+def _plot_error(axis: Axes, runs: Sequence[FlightResult], x: str, y: str, name: str) -> None:
+    """Draws means with their intervals as bars and the standard deviation as a band."""
+    groups = {at: column_of(own, y) for (at,), own in sorted(group_by(runs, [x]).items())}
+    groups = {at: errors for at, errors in groups.items() if len(errors) > 1 and errors.any()}
     if not groups:
         return
-    at = [value for value, _ in groups]
-    mean = np.array([errors.mean() for _, errors in groups])
-    std = np.array([errors.std(ddof=1) for _, errors in groups])
-    bars = np.array([bootstrap_mean(errors) for _, errors in groups]).T
+    mean = np.array([errors.mean() for errors in groups.values()])
+    std = np.array([errors.std(ddof=1) for errors in groups.values()])
+    bars = np.array([bootstrap_mean(errors) for errors in groups.values()]).T
     colour, line = STYLES[name]
+    at = list(groups)
     axis.errorbar(at, mean, [mean - bars[0], bars[1] - mean], fmt=line, color=colour, lw=1.2,
                   capsize=2, label=name)  # fmt: skip
     axis.fill_between(at, mean - std, mean + std, color=colour, alpha=0.12, lw=0)
-
-
-def _plain_ticks(axis: Axis) -> None:
-    """1, 2 and 5 of each decade, written out."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())

@@ -1,8 +1,5 @@
 """What a flight leaves beside its row: error curves of all, and everything of a few to look at."""
 
-# pyright: basic, reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportGeneralTypeIssues=false
-# pandas is annotated in part: what a selection or a group gives is not known.
-
 from __future__ import annotations
 
 import io
@@ -11,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from experiments.bearing_only.config import FlightRun
+from experiments.bearing_only.config import FlightResult, FlightRun
 from experiments.bearing_only.flying import FlightLog, Flown
 from experiments.study.rows import csv_line
 from tracker.bearing_only.slam import MonocularSlam
@@ -56,8 +53,8 @@ def is_traced(run: FlightRun) -> bool:
     return run.study in CURVE_STUDIES and run.controller in TRACED and run.seed == TRACED_SEED
 
 
-def trace_name(run: FlightRun) -> str:
-    """Name of the files of a flight that is kept."""
+def trace_name(run: FlightRun | FlightResult) -> str:
+    """Returns the name of the files of a flight that is kept."""
     return f"{run.controller}_prior{run.range_prior:g}_v{run.v_max_mps:g}"
 
 
@@ -75,7 +72,7 @@ def trace_of(log: FlightLog, index: int) -> str:
         columns[f"target_covariance_{'xyz'[i]}{'xyz'[j]}_m2"] = P[:, i, j]
     for name in ("follow_mps", "sight_std_m", "innovation_area_px2", "is_seen"):
         columns[name] = log.array(name)[:, index]
-    return _csv(pd.DataFrame(columns))
+    return _csv(columns)
 
 
 def map_of(flown: Flown) -> str | None:
@@ -93,19 +90,24 @@ def map_of(flown: Flown) -> str | None:
         columns[f"{axis}_m"], columns[f"estimate_{axis}_m"] = true, estimate
     for i, j in ((0, 0), (0, 1), (1, 1)):
         columns[f"covariance_{'xyz'[i]}{'xyz'[j]}_m2"] = P[:, i, j]
-    return _csv(pd.DataFrame(columns))
+    return _csv(columns)
 
 
-def read_curves(path: Path) -> pd.DataFrame:
-    """All curves of a folder; without rows where there is no file."""
-    if not path.exists():
-        return pd.read_csv(io.StringIO(CURVE_HEADER))
-    return pd.read_csv(path, compression="gzip")
+def read_table(path: Path) -> dict[str, np.ndarray]:
+    """The columns of a CSV file; none where there is no file."""
+    return parse_table(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def parse_table(text: str) -> dict[str, np.ndarray]:
+    """The columns of a CSV, each as one array."""
+    table = pd.read_csv(io.StringIO(text))
+    return {str(name): np.asarray(column) for name, column in table.items()}
 
 
 def _rounded(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def _csv(frame: pd.DataFrame) -> str:
+def _csv(columns: dict[str, np.ndarray]) -> str:
+    frame = pd.DataFrame(columns)
     return frame.to_csv(index=False, float_format="%.5g", lineterminator="\n")

@@ -181,8 +181,3 @@ def show_number(value: float | None, digits: int = 2, factor: float = 1.0, sign:
 def show_p(p: float) -> str:
     """Shows a p-value in three digits; where that would be hair-splitting, its bound."""
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
-
-
-def show_rate(rate: float) -> str:
-    """Shows a rate in percent."""
-    return show_number(rate, 1, 100.0)
