@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from experiments.apple.methods import METHODS
 from experiments.apple.observer import ORACLE, SEGMENTED
 from experiments.apple.replay import ReplayRow, published_errors_deg
 from experiments.report.grouping import group_by
+from experiments.report.statistics import of_known
 from experiments.report.table import Column, Table, TableRow, interval, number, words
 
 
@@ -34,22 +35,25 @@ def final_errors_deg(rows: Sequence[ReplayRow]) -> list[float]:
 def method_table(rows: Sequence[ReplayRow]) -> Table:
     """Returns the median axis error of every method at the end of each table, and as published."""
     found: list[TableRow] = []
+    aspects = sorted({row.aspect for row in rows})
+    of_aspect = {f"aspect_{aspect:g}_deg": aspect for aspect in aspects}
+    unknown: TableRow = dict.fromkeys((*MEDIAN, "p90_deg", "oracle_deg", *of_aspect))
     for table in sorted({row.table for row in rows}):
         of_table = [row for row in rows if row.table == table]
-        single, end = published_errors_deg(table)
-        found.append(_published(table, "published, one image (mean)", single))
-        found.append(_published(table, "published, filter (end)", end))
+        names = ("published, one image (mean)", "published, filter (end)")
+        for name, error_deg in zip(names, published_errors_deg(table), strict=True):
+            row: TableRow = {"table": table, "method": name, "n": None}
+            found.append(row | unknown | {"median_deg": error_deg})
         for method in METHODS:
             own = [row for row in of_table if row.method == method]
             if own:
-                found.append(_method_row(table, method, own))
-    aspects = sorted({row.aspect for row in rows})
+                found.append(_method_row(table, method, own, of_aspect))
     return Table.of(
         found,
         *words("table", "method", "n"),
         interval("axis error [deg], median [95 %]", *MEDIAN),
         number("90 %", "p90_deg"),
-        *(number(f"aspect {aspect:g}", f"aspect_{aspect:g}_deg") for aspect in aspects),
+        *(number(f"aspect {aspect:g}", key) for key, aspect in of_aspect.items()),
         number("oracle masks", "oracle_deg"),
     )
 
@@ -81,7 +85,9 @@ def pose_table(rows: Sequence[ReplayRow]) -> Table:
     )
 
 
-def _method_row(table: int, method: str, rows: Sequence[ReplayRow]) -> TableRow:
+def _method_row(
+    table: int, method: str, rows: Sequence[ReplayRow], aspects: Mapping[str, float]
+) -> TableRow:
     own = [row for row in rows if row.mask == SEGMENTED]
     errors = final_errors_deg(own)
     row: TableRow = {"table": table, "method": method, "n": len(errors)}
@@ -89,12 +95,7 @@ def _method_row(table: int, method: str, rows: Sequence[ReplayRow]) -> TableRow:
     row["p90_deg"] = float(np.percentile(errors, 90))
     of_oracle = final_errors_deg([r for r in rows if r.mask == ORACLE])
     row["oracle_deg"] = float(np.median(of_oracle))
-    for aspect in sorted({r.aspect for r in own}):
+    for key, aspect in aspects.items():
         of_aspect = final_errors_deg([r for r in own if r.aspect == aspect])
-        row[f"aspect_{aspect:g}_deg"] = float(np.median(of_aspect))
+        row[key] = of_known(np.median, of_aspect)
     return row
-
-
-def _published(table: int, name: str, error_deg: float) -> TableRow:
-    row: TableRow = {"table": table, "method": name, "n": None}
-    return row | dict.fromkeys((*MEDIAN, "p90_deg", "oracle_deg")) | {"median_deg": error_deg}

@@ -35,8 +35,15 @@ class Table:
         return cls(rows, columns)
 
     def to_csv(self) -> str:
-        """Every raw value, one scalar a cell."""
-        return csv_line(self.rows[0]) + "".join(csv_line(row.values()) for row in self.rows)
+        """Returns every raw value, a scalar a cell; ValueError where rows differ in their keys."""
+        head = self.rows[0].keys()
+        for row in self.rows:
+            if row.keys() != head:
+                raise ValueError(
+                    f"every row of a table must have the columns {', '.join(head)}; "
+                    f"got {', '.join(row)}"
+                )
+        return csv_line(head) + "".join(csv_line([row[key] for key in head]) for row in self.rows)
 
     def to_markdown(self) -> str:
         """The shown columns as a Markdown table."""
@@ -106,7 +113,7 @@ def word(label: str, key: str) -> Column:
 
 def number(label: str, key: str, digits: int = 2, factor: float = 1.0) -> Column:
     """Returns a column of numbers, each multiplied by `factor` for people."""
-    return Column(label, lambda row: show_number(row.get(key), digits, factor))
+    return Column(label, lambda row: show_number(row[key], digits, factor))
 
 
 def rate(label: str, key: str) -> Column:

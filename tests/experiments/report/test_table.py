@@ -42,6 +42,12 @@ def test_csv_holds_the_raw_values(table):
     assert float(second["p"]) == 0.0001
 
 
+def test_a_csv_has_one_header_for_all_rows():
+    table = Table.of([{"n": 1}, {"n": 2, "more": 3}], *words("n"))
+    with pytest.raises(ValueError, match="every row of a table must have the columns n; got n, mo"):
+        table.to_csv()
+
+
 def test_markdown_and_text_hold_the_shown_cells(table):
     lines = table.to_markdown().splitlines()
     assert lines[0] == "| tracker | rate % [95 %] | difference | p |"
