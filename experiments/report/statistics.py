@@ -23,6 +23,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 BOOTSTRAP_SAMPLES = 10_000
 
@@ -41,23 +42,18 @@ def of_known(
     return factor * float(function(known)) if known else None
 
 
-def wilson_interval(success_count: int, n: int, z: float = Z_95) -> tuple[float, float]:
-    """Score interval of a proportion; (0, 1) without trials.  Source: [Wilson1927]."""
+def wilson_interval(success_count: int, n: int) -> tuple[float, float]:
+    """Returns the score interval of a proportion; (0, 1) without trials.  Source: [Wilson1927]."""
     if not 0 <= success_count <= n:
         raise ValueError(f"success_count must be from 0 to n = {n}, got {success_count}")
     if n == 0:
         return 0.0, 1.0
-    p = success_count / n
-    centre = p + z**2 / (2 * n)
-    half = z * math.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    scale = 1 + z**2 / n
-    low = 0.0 if success_count == 0 else (centre - half) / scale
-    high = 1.0 if success_count == n else (centre + half) / scale
-    return low, high
+    found: Any = stats.binomtest(success_count, n).proportion_ci(method="wilson")
+    return float(found.low), float(found.high)
 
 
 def mcnemar_exact(first_only: int, second_only: int) -> float:
-    """Two-sided p-value that two paired methods succeed equally often.
+    """Returns the two-sided p-value that two paired methods succeed equally often.
 
     Args:
         first_only: Pairs in which only the first method succeeded.
@@ -66,12 +62,11 @@ def mcnemar_exact(first_only: int, second_only: int) -> float:
     Source: [McNemar1947], with the exact binomial distribution of the discordant pairs.
     """
     n = first_only + second_only
-    tail = sum(math.comb(n, i) for i in range(min(first_only, second_only) + 1))
-    return min(1.0, 2 * tail / 2**n)
+    return float(stats.binomtest(first_only, n).pvalue) if n else 1.0
 
 
 def newcombe_paired_difference(
-    both: int, first_only: int, second_only: int, neither: int, z: float = Z_95
+    both: int, first_only: int, second_only: int, neither: int
 ) -> tuple[float, float, float]:
     """Difference of two paired success rates (first minus second) and its score interval.
 
@@ -80,7 +75,6 @@ def newcombe_paired_difference(
         first_only: Pairs in which only the first method succeeded.
         second_only: Pairs in which only the second method succeeded.
         neither: Pairs in which both methods failed.
-        z: Standard normal quantile of the confidence level.
 
     Source: [Newcombe1998] method 10.
     Returns: (difference, low, high).
@@ -89,8 +83,8 @@ def newcombe_paired_difference(
     if n == 0:
         return 0.0, -1.0, 1.0
     p1, p2 = (both + first_only) / n, (both + second_only) / n
-    low1, high1 = wilson_interval(both + first_only, n, z)
-    low2, high2 = wilson_interval(both + second_only, n, z)
+    low1, high1 = wilson_interval(both + first_only, n)
+    low2, high2 = wilson_interval(both + second_only, n)
     phi = _corrected_phi(both, first_only, second_only, neither)
 
     def combined(distance1: float, distance2: float) -> float:
