@@ -33,9 +33,7 @@ def write_report(results: Results[TrialResult]) -> Report:
     return Report.of(folder, _tables(rows, results.timings), figures, _IN_TERMINAL)
 
 
-def _tables(
-    results: Sequence[TrialResult], timings: Sequence[TrialTimings]
-) -> dict[str, Table]:
+def _tables(results: Sequence[TrialResult], timings: Sequence[TrialTimings]) -> dict[str, Table]:
     return {
         "success": success_table(results),
         "tracking": tracking_table(results),
