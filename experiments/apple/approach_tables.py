@@ -12,7 +12,7 @@ from experiments.apple.observer import ORACLE, SEGMENTED
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import CLASSES
 from experiments.report.grouping import group_by
-from experiments.report.statistics import bootstrap_median, bootstrap_median_difference
+from experiments.report.statistics import bootstrap, median, median_difference
 from experiments.report.table import Table, TableRow, interval, number, rate, words
 from experiments.seeding import Stream, generator
 
@@ -84,9 +84,8 @@ def views_table(rows: Sequence[ApproachRow]) -> Table:
             errors[views] = [r.error_deg for r in own]
             row |= _median_and_p90(key, errors[views])
             row[f"{key}_calyx"] = float(np.mean([r.calyx_count for r in own]))
-        gain = bootstrap_median_difference(
-            errors["next-best"], errors["arc"], generator(0, Stream.BOOTSTRAP)
-        )
+        rng = generator(0, Stream.BOOTSTRAP)
+        gain = bootstrap(median_difference, rng, errors["next-best"], errors["arc"])
         row |= dict(zip(("gain_deg", "gain_low_deg", "gain_high_deg"), gain, strict=True))
         found.append(row)
     return Table.of(
@@ -171,7 +170,7 @@ def image_table(rows: Sequence[ApproachRow]) -> Table:
 
 def median_and_interval(errors_deg: Sequence[float]) -> TableRow:
     """Returns the cells of `MEDIAN`."""
-    found = bootstrap_median(errors_deg, generator(0, Stream.BOOTSTRAP))
+    found = bootstrap(median, generator(0, Stream.BOOTSTRAP), errors_deg)
     return dict(zip(MEDIAN, found, strict=True))
 
 

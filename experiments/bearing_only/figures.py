@@ -11,9 +11,11 @@ from matplotlib.figure import Figure
 
 from experiments.bearing_only.config import FlightResult
 from experiments.bearing_only.flight_figures import write_flight_figures
-from experiments.bearing_only.tables import bootstrap_mean, column_of
+from experiments.bearing_only.tables import column_of
 from experiments.report.grouping import group_by
+from experiments.report.statistics import bootstrap, mean
 from experiments.report.style import add_legend, figure_style, log_scale, panels, write_figure
+from experiments.seeding import Stream, generator
 
 STYLES: dict[str, tuple[str, str]] = {
     "published": ("#8C6D31", "-"),
@@ -170,11 +172,11 @@ def _plot_error(axis: Axes, runs: Sequence[FlightResult], x: str, y: str, name: 
     groups = {at: errors for at, errors in groups.items() if len(errors) > 1 and errors.any()}
     if not groups:
         return
-    mean = np.array([errors.mean() for errors in groups.values()])
     std = np.array([errors.std(ddof=1) for errors in groups.values()])
-    bars = np.array([bootstrap_mean(errors) for errors in groups.values()]).T
+    found = [bootstrap(mean, generator(0, Stream.BOOTSTRAP), own) for own in groups.values()]
+    middle, low, high = np.array(found).T
     colour, line = STYLES[name]
     at = list(groups)
-    axis.errorbar(at, mean, [mean - bars[0], bars[1] - mean], fmt=line, color=colour, lw=1.2,
+    axis.errorbar(at, middle, [middle - low, high - middle], fmt=line, color=colour, lw=1.2,
                   capsize=2, label=name)  # fmt: skip
-    axis.fill_between(at, mean - std, mean + std, color=colour, alpha=0.12, lw=0)
+    axis.fill_between(at, middle - std, middle + std, color=colour, alpha=0.12, lw=0)

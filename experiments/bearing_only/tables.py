@@ -10,7 +10,7 @@ import numpy as np
 from experiments.bearing_only.config import FlightResult, FlightTimings
 from experiments.bearing_only.controllers import CONTROLLERS
 from experiments.report.grouping import group_by, named_groups, varying
-from experiments.report.statistics import BOOTSTRAP_SAMPLES, of_known
+from experiments.report.statistics import bootstrap, mean, mean_ratio, of_known
 from experiments.report.table import (
     Column,
     Table,
@@ -109,8 +109,11 @@ def ratio_table(runs: Sequence[FlightResult], reference: str = "gradient") -> Ta
         for name in (name for name in CONTROLLERS if name in errors):
             seeds = sorted(errors[name].keys() & of_reference.keys())
             if seeds:
-                pairs = np.array([(errors[name][seed], of_reference[seed]) for seed in seeds])
-                rows.append(names | {"controller": name} | _paired_ratio(pairs))
+                pair = [[of_one[seed] for seed in seeds] for of_one in (errors[name], of_reference)]
+                found = bootstrap(mean_ratio, generator(0, Stream.BOOTSTRAP), *pair)
+                row = names | {"controller": name, "n": len(seeds)}
+                row |= dict(zip(("ratio", "low", "high"), found, strict=True))
+                rows.append(row | {"better": sum(a < b for a, b in zip(*pair, strict=True))})
     return Table.of(
         rows,
         *_key_columns(runs),
@@ -119,21 +122,6 @@ def ratio_table(runs: Sequence[FlightResult], reference: str = "gradient") -> Ta
         interval("[95 %]", "low", "high"),
         word("better in", "better"),
     )
-
-
-def _paired_ratio(pairs: np.ndarray) -> TableRow:
-    n = len(pairs)
-    draws = generator(0, Stream.BOOTSTRAP).integers(0, n, (BOOTSTRAP_SAMPLES, n))
-    means = pairs[draws].mean(axis=1)
-    low, high = np.percentile(means[:, 0] / means[:, 1], [2.5, 97.5])
-    mean = pairs.mean(axis=0)
-    return {
-        "n": n,
-        "ratio": float(mean[0] / mean[1]),
-        "low": float(low),
-        "high": float(high),
-        "better": int((pairs[:, 0] < pairs[:, 1]).sum()),
-    }
 
 
 def cost_table(runs: Sequence[FlightResult], timings: Sequence[FlightTimings]) -> Table:
@@ -186,22 +174,14 @@ def _spread(known: Sequence[FlightResult], name: str) -> TableRow:
     values = column_of(known, name)
     if not len(values):
         return dict.fromkeys(f"{name}_{key}" for key in ("mean", "std", "low", "high", "max"))
-    low, high = bootstrap_mean(values)
+    middle, low, high = bootstrap(mean, generator(0, Stream.BOOTSTRAP), values)
     return {
-        f"{name}_mean": float(values.mean()),
+        f"{name}_mean": middle,
         f"{name}_std": float(values.std(ddof=1)) if len(values) > 1 else math.nan,
         f"{name}_low": low,
         f"{name}_high": high,
         f"{name}_max": float(values.max()),
     }
-
-
-def bootstrap_mean(values: np.ndarray) -> tuple[float, float]:
-    """Returns the 95 % interval of a mean over seeds.  Source: [Efron1993], percentiles."""
-    n = len(values)
-    draws = generator(0, Stream.BOOTSTRAP).integers(0, n, (BOOTSTRAP_SAMPLES, n))
-    low, high = np.percentile(values[draws].mean(axis=1), [2.5, 97.5])
-    return float(low), float(high)
 
 
 def _mean_and_std(label: str, name: str) -> Column:

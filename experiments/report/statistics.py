@@ -1,6 +1,6 @@
 """Intervals and tests for success rates and scores; trackers meet the same worlds: paired.
 
-Sources (95 % two-sided unless told):
+Sources (95 % two-sided unless stated):
     [Wilson1927] E. B. Wilson, Probable inference, the law of succession, and statistical
         inference. JASA 22:209-212, 1927.
     [McNemar1947] Q. McNemar, Note on the sampling error of the difference between correlated
@@ -12,13 +12,13 @@ Sources (95 % two-sided unless told):
         Journal of Statistics 6:65-70, 1979.
     [Connor1987] R. J. Connor, Sample size for testing differences in proportions for the
         paired-sample design. Biometrics 43:207-211, 1987.
-    [Efron1993] B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap. Chapman & Hall, 1993;
-        percentile interval.
+    [Efron1987] B. Efron, Better bootstrap confidence intervals. JASA 82:171-185, 1987; BCa.
 """
 
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -142,50 +142,57 @@ def _corrected_phi(a: int, b: int, c: int, d: int) -> float:
     return determinant / math.sqrt(margins)
 
 
-def bootstrap_gain(
-    scores: Sequence[float], reference: Sequence[float], rng: np.random.Generator
-) -> tuple[float, float, float]:
-    """Relative gain of a mean score over that of a reference on the same n samples.
+def mean(values: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Returns the mean, to bootstrap."""
+    return np.mean(values, axis=axis)
 
-    Samples are drawn in pairs, so the interval is that of the difference, told as a share of the
-    reference's mean.  Source: [Efron1993], percentile interval.
-    Returns: (gain, low, high), 0.1 for 10 % more; infinite or NaN for a reference that scores 0.
-    """
-    pairs = np.array([scores, reference], float)
-    n = pairs.shape[1]
-    resampled = pairs[:, rng.integers(0, n, (BOOTSTRAP_SAMPLES, n))].mean(axis=2)
-    mean, reference_mean = pairs.mean(axis=1)
+
+def median(values: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Returns the median, to bootstrap."""
+    return np.median(values, axis=axis)
+
+
+def mean_ratio(values: np.ndarray, reference: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Returns the mean over that of a reference on the same samples, to bootstrap in pairs."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        gains = resampled[0] / resampled[1] - 1.0
-        low, high = np.percentile(gains, [2.5, 97.5])
-        return float(mean / reference_mean - 1.0), float(low), float(high)
+        return np.mean(values, axis=axis) / np.mean(reference, axis=axis)
 
 
-def bootstrap_median(
-    values: Sequence[float], rng: np.random.Generator
+def median_difference(values: np.ndarray, reference: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Returns the median less that of a reference on the same samples, to bootstrap in pairs."""
+    return np.median(values, axis=axis) - np.median(reference, axis=axis)
+
+
+def bootstrap(
+    statistic: Callable[..., Any],
+    rng: np.random.Generator,
+    *samples: Sequence[float] | np.ndarray,
+    draws: int = BOOTSTRAP_SAMPLES,
 ) -> tuple[float, float, float]:
-    """Median of n values and its interval.  Source: [Efron1993], percentile interval.
+    """Returns a statistic of n samples and its 95 % interval.
 
-    Returns: (median, low, high).
+    Args:
+        statistic: A function of one array for each of `samples` and the axis that it reduces.
+        rng: Draws the samples.
+        *samples: (n,) values; several are drawn together, in pairs.
+        draws: How often n samples are drawn.
+
+    Source: [Efron1987], bias-corrected and accelerated (BCa). Where it is not defined, because a
+    single sample or samples that are all alike say nothing of bias and acceleration, percentiles
+    stand in for it, which are the value itself where nothing varies.
+    Returns: (value, low, high); NaN bounds where the value is not finite.
     """
-    sample = np.array(values, float)
-    n = len(sample)
-    medians = np.median(sample[rng.integers(0, n, (BOOTSTRAP_SAMPLES, n))], axis=1)
-    low, high = np.percentile(medians, [2.5, 97.5])
-    return float(np.median(sample)), float(low), float(high)
-
-
-def bootstrap_median_difference(
-    values: Sequence[float], reference: Sequence[float], rng: np.random.Generator
-) -> tuple[float, float, float]:
-    """Difference of two medians (first minus second) over the same n samples, with its interval.
-
-    Samples are drawn in pairs.  Source: [Efron1993], percentile interval.
-    Returns: (difference, low, high).
-    """
-    pairs = np.array([values, reference], float)
-    n = pairs.shape[1]
-    medians = np.median(pairs[:, rng.integers(0, n, (BOOTSTRAP_SAMPLES, n))], axis=2)
-    low, high = np.percentile(medians[0] - medians[1], [2.5, 97.5])
-    difference = np.median(pairs[0]) - np.median(pairs[1])
-    return float(difference), float(low), float(high)
+    data = tuple(np.asarray(sample) for sample in samples)
+    value = float(statistic(*data, axis=-1))
+    if not math.isfinite(value):
+        return value, math.nan, math.nan
+    if all(np.ptp(sample) == 0 for sample in data):
+        return value, value, value
+    with warnings.catch_warnings(action="ignore"):
+        found: Any = stats.bootstrap(
+            data, statistic, paired=True, vectorized=True, n_resamples=draws, rng=rng
+        )
+    low, high = found.confidence_interval
+    if np.isnan([low, high]).any():
+        low, high = np.percentile(found.bootstrap_distribution, [2.5, 97.5])
+    return value, float(low), float(high)

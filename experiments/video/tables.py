@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from experiments.report.statistics import bootstrap_gain, of_known
+from experiments.report.statistics import bootstrap, mean_ratio, of_known
 from experiments.report.table import Column, Table, TableRow, interval, number, show_number, words
 from experiments.seeding import Stream, generator
 from experiments.video.calibration import calibrated
@@ -65,8 +65,8 @@ def _mean_and_gain(
     if REFERENCE_TRACKER in trackers and tracker != REFERENCE_TRACKER:
         of_reference = results.of(protocol, REFERENCE_TRACKER, sequences)
         rng = generator(0, Stream.BOOTSTRAP)
-        gain = bootstrap_gain(scores, [score(curves) for curves in of_reference], rng)
-        row |= dict(zip(_gain_keys(protocol), gain, strict=True))
+        found = bootstrap(mean_ratio, rng, scores, [score(curves) for curves in of_reference])
+        row |= {key: ratio - 1.0 for key, ratio in zip(_gain_keys(protocol), found, strict=True)}
     return row
 
 

@@ -7,7 +7,7 @@ off where they pass one half, as one reads an ED50 off a dose-response experimen
 Sources:
     [Ayer1955] isotonic maximum likelihood of binomial rates (pooling of adjacent violators).
     [Stylianou2002] the dose of a given response by linear interpolation between its values.
-    [Efron1993] percentile interval; seeds are drawn, since a seed gives all speeds its world.
+    [Efron1987] BCa interval; seeds are drawn, since a seed gives all speeds its world.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from scipy.optimize import isotonic_regression
 from experiments.belt.analysis.cells import condition_keys, key_columns
 from experiments.belt.config import TrialResult
 from experiments.report.grouping import named_groups
+from experiments.report.statistics import bootstrap
 from experiments.report.table import Column, Table, TableRow, word, words
 from experiments.seeding import Stream, generator
 
@@ -42,10 +43,10 @@ class HalfSpeed:
 
 
 def half_speed(results: Sequence[TrialResult], rng: np.random.Generator) -> HalfSpeed:
-    """The half-success speed of the trials of one tracker in one setting.
+    """Returns the half-success speed of the trials of one tracker in one setting.
 
     Args:
-        results: Trials at several speeds, each seed at most once a speed.
+        results: Trials at two speeds or more, each seed at most once a speed.
         rng: Draws the seeds of the bootstrap.
     """
     speeds = sorted({row.speed_mps for row in results})
@@ -55,24 +56,34 @@ def half_speed(results: Sequence[TrialResult], rng: np.random.Generator) -> Half
         place = seeds.index(row.seed), speeds.index(row.speed_mps)
         tried[place] += 1.0
         succeeded[place] += row.success
-    draws = rng.multinomial(len(seeds), np.full(len(seeds), 1.0 / len(seeds)), _RESAMPLES)
-    resampled = [
-        crossing(np.array(speeds), *counts)
-        for counts in zip(draws @ succeeded, draws @ tried, strict=True)
-    ]
-    # An infinite value stands for a place beyond the tested speeds: order matters, means do not.
-    low, high = np.percentile(resampled, [2.5, 97.5], method="inverted_cdf")
-    speed = crossing(np.array(speeds), succeeded.sum(axis=0), tried.sum(axis=0))
-    return HalfSpeed(speed, float(low), float(high))
+
+    def of_seeds(drawn: np.ndarray) -> float:
+        places = drawn.astype(int)
+        return crossing(np.array(speeds), succeeded[places].sum(axis=0), tried[places].sum(axis=0))
+
+    # To be sorted and averaged, a place beyond the tested speeds is one step beyond them.
+    below, above = 2.0 * speeds[0] - speeds[1], 2.0 * speeds[-1] - speeds[-2]
+
+    def statistic(drawn: np.ndarray, axis: int = -1) -> np.ndarray:
+        return np.clip(np.apply_along_axis(of_seeds, axis, drawn), below, above)
+
+    found = bootstrap(statistic, rng, np.arange(len(seeds)), draws=_RESAMPLES)
+    return HalfSpeed(*(_or_infinite(speed_mps, speeds) for speed_mps in found))
+
+
+def _or_infinite(speed_mps: float, speeds_mps: Sequence[float]) -> float:
+    if speed_mps < speeds_mps[0]:
+        return -math.inf
+    return math.inf if speed_mps > speeds_mps[-1] else speed_mps
 
 
 def crossing(speeds_mps: np.ndarray, successes: np.ndarray, trials: np.ndarray) -> float:
-    """Where the nearest falling success rates pass one half.
+    """Returns where the nearest falling success rates pass one half.
 
     Args:
         speeds_mps: (n,) rising.
         successes: (n,) counts.
-        trials: (n,) counts; speeds without trials tell nothing.
+        trials: (n,) counts; speeds without trials say nothing.
 
     Returns:
         The speed [m/s]; -inf where all rates are below one half, +inf where none is.

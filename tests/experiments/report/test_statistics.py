@@ -5,9 +5,13 @@ import numpy as np
 import pytest
 
 from experiments.report.statistics import (
-    bootstrap_gain,
+    bootstrap,
     holm,
     mcnemar_exact,
+    mean,
+    mean_ratio,
+    median,
+    median_difference,
     newcombe_paired_difference,
     paired_sample_size,
     wilson_interval,
@@ -76,22 +80,66 @@ def test_newcombe_paired_difference_is_antisymmetric_and_bounded():
         assert mirrored == pytest.approx((-difference, -high, -low))
 
 
-def test_a_bootstrap_gain_is_that_of_the_means_with_its_interval():
+def test_a_bootstrapped_mean_has_the_interval_of_the_normal_law():
+    values = np.random.default_rng(1).normal(5.0, 2.0, 400)
+    value, low, high = bootstrap(mean, np.random.default_rng(0), values)
+    assert value == values.mean()
+    half = 1.96 * values.std() / 20.0
+    assert (low, high) == pytest.approx((value - half, value + half), abs=0.02)
+
+
+def test_a_bootstrap_leans_to_the_side_of_the_long_tail():
+    """Means of skewed values: BCa reaches further up than down, which percentiles hardly do."""
+    values = np.random.default_rng(2).exponential(1.0, 30)
+    value, low, high = bootstrap(mean, np.random.default_rng(0), values)
+    assert (high - value) > 1.15 * (value - low)
+
+
+def test_a_ratio_is_that_of_the_means_and_pairs_stay_together():
     rng = np.random.default_rng(0)
     reference = rng.uniform(0.2, 0.6, 30)
-    gain, low, high = bootstrap_gain(1.2 * reference, reference, rng)
-    assert (gain, low, high) == pytest.approx((0.2, 0.2, 0.2))
+    assert bootstrap(mean_ratio, rng, 1.2 * reference, reference) == pytest.approx((1.2,) * 3)
     noisy = reference + rng.normal(0.1, 0.1, 30)
-    gain, low, high = bootstrap_gain(noisy, reference, rng)
-    assert gain == pytest.approx(noisy.mean() / reference.mean() - 1)
+    ratio, low, high = bootstrap(mean_ratio, rng, noisy, reference)
+    assert ratio == noisy.mean() / reference.mean()
     deviation = (noisy - reference).std() / np.sqrt(30) / reference.mean()
-    assert low < gain < high
+    assert low < ratio < high
     assert high - low == pytest.approx(2 * 1.96 * deviation, rel=0.25)
 
 
-def test_a_reference_that_scores_nothing_has_no_gain_over_it():
-    gain, _, _ = bootstrap_gain([0.5, 0.5], [0.0, 0.0], np.random.default_rng(0))
-    assert gain == np.inf
+def test_the_difference_of_medians_is_that_of_pairs():
+    values = np.random.default_rng(0).exponential(1.0, 41)
+    shifted = bootstrap(median_difference, np.random.default_rng(0), values + 0.25, values)
+    assert shifted == pytest.approx((0.25,) * 3)
+    middle, low, high = bootstrap(median, np.random.default_rng(0), values)
+    assert middle == np.sort(values)[20] and low < middle < high
+
+
+@pytest.mark.filterwarnings("error")
+def test_where_nothing_varies_the_interval_is_the_value():
+    rng = np.random.default_rng(0)
+    assert bootstrap(median, rng, [3.5]) == (3.5,) * 3
+    assert bootstrap(mean, rng, [0.1] * 7) == (np.mean([0.1] * 7),) * 3
+    assert bootstrap(median_difference, rng, [4.0, 1.0], [3.0, 0.0]) == (1.0,) * 3
+
+
+@pytest.mark.filterwarnings("error")
+def test_where_bca_is_undefined_percentiles_stand_in():
+    """Dropping one of many equal values never moves their median: no acceleration."""
+    values = [1.0] * 9 + [2.0] * 3
+    value, low, high = bootstrap(median, np.random.default_rng(0), values)
+    assert value == low == 1.0 and high in (1.0, 1.5, 2.0)
+
+
+def test_a_reference_that_scores_nothing_has_no_ratio():
+    ratio, low, high = bootstrap(mean_ratio, np.random.default_rng(0), [0.5, 0.4], [0.0, 0.0])
+    assert ratio == np.inf and math.isnan(low) and math.isnan(high)
+
+
+def test_the_same_generator_gives_the_same_interval():
+    values = np.random.default_rng(3).normal(size=20)
+    first, second = (bootstrap(mean, np.random.default_rng(0), values) for _ in range(2))
+    assert first == second
 
 
 def test_paired_sample_size_by_hand():
