@@ -27,6 +27,9 @@ from scipy import stats
 
 BOOTSTRAP_SAMPLES = 10_000
 
+SIGNIFICANCE = 0.05
+"""Below this p a test decides."""
+
 Z_95 = 1.959963984540054
 """Standard normal quantile of 0.975."""
 
@@ -156,6 +159,11 @@ def mean_ratio(values: np.ndarray, reference: np.ndarray, axis: int = -1) -> np.
     """Returns the mean over that of a reference on the same samples, to bootstrap in pairs."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.mean(values, axis=axis) / np.mean(reference, axis=axis)
+
+
+def mean_difference(values: np.ndarray, reference: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Returns the mean less that of a reference on the same samples, to bootstrap in pairs."""
+    return np.mean(values, axis=axis) - np.mean(reference, axis=axis)
 
 
 def median_difference(values: np.ndarray, reference: np.ndarray, axis: int = -1) -> np.ndarray:

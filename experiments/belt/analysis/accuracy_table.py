@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from statistics import median
 
 from experiments.belt.analysis.cells import condition_keys, key_columns, world_of
-from experiments.belt.analysis.comparison import SIGNIFICANCE
 from experiments.belt.analysis.paired_tables import REFERENCE_TRACKER, rivals
 from experiments.belt.config import TrialResult
-from experiments.report.statistics import holm, mcnemar_exact
+from experiments.report.statistics import SIGNIFICANCE, holm, mcnemar_exact
 from experiments.report.table import Table, TableRow, number, p_value, word, words
 
 

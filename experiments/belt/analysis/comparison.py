@@ -10,13 +10,12 @@ from typing import Any
 from experiments.belt.analysis.cells import SETTING, World, title_of, world_of
 from experiments.belt.config import TrialResult
 from experiments.report.statistics import (
+    SIGNIFICANCE,
     mcnemar_exact,
     newcombe_paired_difference,
     paired_sample_size,
 )
 from experiments.study.compare import Side
-
-SIGNIFICANCE = 0.05
 
 
 def particle_counts(side: Side[TrialResult]) -> set[int]:

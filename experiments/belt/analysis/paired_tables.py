@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from experiments.belt.analysis.cells import cell_keys, condition_keys, key_columns, world_of
-from experiments.belt.analysis.comparison import SIGNIFICANCE, Comparison, pooled
+from experiments.belt.analysis.comparison import Comparison, pooled
 from experiments.belt.config import TrialResult
 from experiments.report.grouping import group_by
-from experiments.report.statistics import holm
+from experiments.report.statistics import SIGNIFICANCE, holm
 from experiments.report.table import Column, Table, TableRow, interval, p_value, rate, word, words
 from sim.imaging.degradations import NORMAL
 
