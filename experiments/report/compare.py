@@ -14,7 +14,7 @@ from experiments.report.table import show_p
 
 
 @dataclass(frozen=True)
-class Contestant:
+class Method:
     """A method and its scores."""
 
     name: str
@@ -34,7 +34,7 @@ class Scale:
 
 
 def compare_scores(
-    first: Contestant, second: Contestant, scale: Scale, rng: np.random.Generator
+    first: Method, second: Method, scale: Scale, rng: np.random.Generator
 ) -> list[str]:
     """Compares two methods on the tasks that both have a score of.
 

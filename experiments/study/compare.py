@@ -9,7 +9,8 @@ from typing import Any, Generic
 
 import numpy as np
 
-from experiments.report.comparison import comparison_lines
+from experiments.report.compare import Method, Scale, compare_scores
+from experiments.seeding import Stream, generator
 from experiments.study.study import Row, Study
 
 
@@ -56,9 +57,9 @@ class Side(Generic[Row]):
 def verdict_lines(first: Side[Any], second: Side[Any]) -> list[str]:
     """The scores of both sides in pairs, and which side is better."""
     score = first.study.score
-    return comparison_lines(
-        (first.label, first.scores),
-        (second.label, second.scores),
-        score.name,
-        higher_is_better=score.higher_is_better,
+    return compare_scores(
+        Method(first.label, first.scores),
+        Method(second.label, second.scores),
+        Scale(score.name, higher_is_better=score.higher_is_better, digits=3),
+        generator(0, Stream.BOOTSTRAP),
     )

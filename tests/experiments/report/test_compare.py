@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from experiments.report.compare import Contestant, Scale, compare_scores
+from experiments.report.compare import Method, Scale, compare_scores
 
 ERROR = Scale("axis error", "deg")
 
 
 def compare(first, second, scale=ERROR):
-    one, other = (Contestant(n, dict(enumerate(s))) for n, s in (("A", first), ("B", second)))
+    one, other = (Method(n, dict(enumerate(s))) for n, s in (("A", first), ("B", second)))
     return compare_scores(one, other, scale, np.random.default_rng(0))
 
 
@@ -47,8 +47,8 @@ def test_a_method_that_is_seldom_but_much_worse_is_not_called_better():
 
 
 def test_tasks_are_paired_by_their_key_and_unknown_scores_left_out():
-    first = Contestant("A", {"x": 1.0, "y": None, "z": 3.0, "u": math.nan})
-    second = Contestant("B", {"z": 4.0, "y": 2.0, "x": 1.0, "u": 1.0, "w": 9.0})
+    first = Method("A", {"x": 1.0, "y": None, "z": 3.0, "u": math.nan})
+    second = Method("B", {"z": 4.0, "y": 2.0, "x": 1.0, "u": 1.0, "w": 9.0})
     head, means, counts, _ = compare_scores(first, second, ERROR, np.random.default_rng(0))
     assert head.endswith("2 pairs:") and "means: 2.00 and 2.50, difference -0.50" in means
     assert counts.startswith("  A is better in 1, equal in 1, worse in 0")
