@@ -15,6 +15,7 @@ import numpy as np
 from sim.apple.world import FLANGE_CAMERA_M, HAND_CAMERA
 from sim.arm.arms import UR5
 from sim.arm.servo import Servo, ServoConfig
+from sim.checks import require_at_least
 
 HOME_Q_RAD = (-0.3566, -1.7957, 1.9462, -0.1505, 1.2142, 3.1416)
 """Camera 0.45 m in front of the arm's first axis, level, looking along x."""
@@ -36,10 +37,7 @@ class PoseNoise:
     position_m: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be 0 or greater, got {value!r}")
+        require_at_least(self, 0.0, *self.__dataclass_fields__)
 
     def disturbed(self, T: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(4, 4) the pose with an error, drawn even where it is zero."""

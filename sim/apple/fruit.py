@@ -5,10 +5,11 @@ Fruit frame: origin at the centre, z along the fruit axis from the calyx to the 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
+
+from sim.checks import require_positive, require_within
 
 CALYX_DEPTH_M = 0.0009
 CALYX_HALF_THICKNESS_M = 0.0015
@@ -28,12 +29,8 @@ class Fruit:
     stem_radius_m: float = 0.0016
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} must be a positive number, got {value!r}")
-        if not 0.5 <= self.aspect <= 1.5:
-            raise ValueError(f"aspect must be from 0.5 to 1.5, got {self.aspect!r}")
+        require_positive(self, *self.__dataclass_fields__)
+        require_within(self, 0.5, 1.5, "aspect")
 
     @property
     def half_height_m(self) -> float:

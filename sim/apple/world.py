@@ -19,6 +19,7 @@ from sim.apple import paint
 from sim.apple.fruit import CALYX_DEPTH_M, CALYX_HALF_THICKNESS_M, PlacedFruit
 from sim.apple.leaves import Leaf, make_blade
 from sim.arm.arms import JOINT_NAMES, UR5
+from sim.checks import require_within
 from sim.imaging.camera import OffscreenRenderer
 
 WIDTH_PX, HEIGHT_PX = 640, 480
@@ -45,10 +46,7 @@ class Light:
     """Brightness of the light from everywhere."""
 
     def __post_init__(self) -> None:
-        for name in ("lamp", "sky"):
-            value = getattr(self, name)
-            if not 0.0 <= value <= 2.0:
-                raise ValueError(f"{name} must be from 0 to 2, got {value!r}")
+        require_within(self, 0.0, 2.0, "lamp", "sky")
         if not (np.isfinite(self.direction).all() and np.linalg.norm(self.direction) > 1e-9):
             raise ValueError(f"direction must be a vector other than zero, got {self.direction!r}")
 

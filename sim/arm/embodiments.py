@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from sim.arm.arms import UR3, UR5, Arm
 from sim.arm.grasp import GraspConfig
 from sim.arm.grippers import RG2, SOFT, Gripper
+from sim.checks import look_up
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,5 @@ EMBODIMENTS: dict[str, Embodiment] = {"ur5-rg2": UR5_RG2, "ur3-soft": UR3_SOFT}
 
 
 def get_embodiment(name: str) -> Embodiment:
-    """The named embodiment; raises ValueError that lists the valid names."""
-    if name not in EMBODIMENTS:
-        raise ValueError(f"embodiment must be one of {', '.join(EMBODIMENTS)}; got {name!r}")
-    return EMBODIMENTS[name]
+    """Returns the named embodiment; ValueError for an unknown name."""
+    return look_up("embodiment", name, EMBODIMENTS)

@@ -15,6 +15,8 @@ import mink
 import mujoco
 import numpy as np
 
+from sim.checks import require_positive
+
 
 @dataclass(frozen=True)
 class ServoConfig:
@@ -38,10 +40,7 @@ class ServoConfig:
     """Fastest approach of hand and belt, as a share of their remaining distance per second."""
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} must be a positive number, got {value!r}")
+        require_positive(self, *self.__dataclass_fields__)
 
 
 class AccelerationLimit(mink.Limit):

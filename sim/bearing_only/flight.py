@@ -19,6 +19,8 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sim.checks import require_at_least, require_positive
+
 _BODY_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """Columns: camera axes (right, down, forward) in the body."""
 
@@ -69,10 +71,7 @@ class TargetPath:
             raise ValueError(f"kind must be line or circle; got {self.kind!r}")
         if not np.isfinite([*self.start_m, *self.velocity_mps]).all():
             raise ValueError(f"start_m and velocity_mps must be finite, got {self}")
-        if not (math.isfinite(self.circle_length_m) and self.circle_length_m > 0):
-            raise ValueError(
-                f"circle_length_m must be a positive number, got {self.circle_length_m!r}"
-            )
+        require_positive(self, "circle_length_m")
 
     def at(self, time_s: float) -> tuple[np.ndarray, np.ndarray]:
         """Position [m] and velocity [m/s], (3,) each."""
@@ -112,18 +111,9 @@ class FlightConfig:
     """Whether the vehicle is bound to its plane and turns about the vertical alone."""
 
     def __post_init__(self) -> None:
-        if self.landmark_count < 0:
-            raise ValueError(f"landmark_count must be 0 or greater, got {self.landmark_count}")
-        if self.iteration_count < 1:
-            raise ValueError(f"iteration_count must be 1 or greater, got {self.iteration_count}")
-        for name in ("dt_s", "pixel_std_px"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{name} must be a positive number, got {value!r}")
-        for name in ("odometry_std_m", "odometry_std_rad"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise ValueError(f"{name} must be 0 or greater, got {value!r}")
+        require_at_least(self, 0, "landmark_count", "odometry_std_m", "odometry_std_rad")
+        require_at_least(self, 1, "iteration_count")
+        require_positive(self, "dt_s", "pixel_std_px")
 
 
 @dataclass(frozen=True, eq=False)

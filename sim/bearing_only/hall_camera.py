@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +14,7 @@ from sim.bearing_only.scene import (
     FlightScene,
     FlightSceneConfig,
 )
+from sim.checks import require_at_least
 from sim.imaging.camera import OffscreenRenderer
 from sim.imaging.degradations import Condition
 from sim.imaging.noise import SensorNoise
@@ -32,8 +32,7 @@ class HallCameraConfig:
     """Of each pixel and colour, in grey levels of 255."""
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.noise_std) and self.noise_std >= 0.0):
-            raise ValueError(f"noise_std must be a number of 0 or more, got {self.noise_std!r}")
+        require_at_least(self, 0.0, "noise_std")
 
 
 class HallCamera:

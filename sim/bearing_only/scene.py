@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from sim.bearing_only.pictures import labels, mural
+from sim.checks import require_at_least, require_positive
 
 WIDTH_PX, HEIGHT_PX = 640, 480
 FOCAL_PX = 320.0
@@ -54,13 +55,10 @@ class FlightSceneConfig:
         for name in ("hall_m", "clear_m"):
             if not all(math.isfinite(v) and v > 0.0 for v in getattr(self, name)):
                 raise ValueError(f"{name} must be positive numbers, got {getattr(self, name)}")
-        for name in ("blob_pitch_m", "wall_px_per_m", "target_radius_m"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise ValueError(f"{name} must be a positive number, got {getattr(self, name)!r}")
+        require_positive(self, "blob_pitch_m", "wall_px_per_m", "target_radius_m")
+        require_at_least(self, 0, "crate_count")
         if not 0.0 < self.crate_m[0] <= self.crate_m[1]:
             raise ValueError(f"crate_m must be two positive edges in order, got {self.crate_m}")
-        if self.crate_count < 0:
-            raise ValueError(f"crate_count must be 0 or greater, got {self.crate_count}")
         room = np.subtract(self.hall_m, self.clear_m) - abs(self.clear_height_m) * np.array(
             [0, 0, 1]
         )

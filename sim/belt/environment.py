@@ -13,6 +13,7 @@ from sim.belt.arena import Cell
 from sim.belt.carriers import CARRIERS
 from sim.belt.task import ConveyorGrasp
 from sim.belt.task_config import TaskConfig
+from sim.checks import look_up
 
 TIME_LIMIT_S = 30.0
 """No attempt lasts longer than this in simulated time."""
@@ -46,7 +47,7 @@ def make_servo(
 ) -> Servo:
     """A servo on the cell's own arm, hand and carrier, with the fingers fixed at full opening."""
     arena, robot = Cell(embodiment), Robot(embodiment, fixed_fingers=True)
-    carrier = CARRIERS[carrier_name]()
+    carrier = look_up("carrier", carrier_name, CARRIERS)()
     arena.attach_robot(robot)
     arena.attach_carrier(carrier)
     model: mujoco.MjModel = mjcf.Physics.from_mjcf_model(arena.mjcf_model).model.ptr

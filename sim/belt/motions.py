@@ -9,6 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
+from sim.checks import look_up
+
 
 class SpeedProfile(Protocol):
     """Speed of the carrying surface as a function of time."""
@@ -128,8 +130,7 @@ MOTIONS: dict[str, Motion] = {
 
 def draw_profile(name: str, speed_mps: float, rng: np.random.Generator) -> SpeedProfile:
     """A profile of the named motion; ValueError for an unknown name or an impossible speed."""
-    if name not in MOTIONS:
-        raise ValueError(f"motion must be one of {', '.join(MOTIONS)}; got {name!r}")
+    motion = look_up("motion", name, MOTIONS)
     if not (math.isfinite(speed_mps) and speed_mps >= 0.0):
         raise ValueError(f"speed_mps must be finite and >= 0, got {speed_mps!r}")
-    return MOTIONS[name].draw(speed_mps, rng)
+    return motion.draw(speed_mps, rng)

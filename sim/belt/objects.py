@@ -12,6 +12,7 @@ from dm_control import composer, mjcf
 
 from sim import ASSETS, textures
 from sim.belt import artwork
+from sim.checks import look_up
 
 
 @dataclass(frozen=True)
@@ -84,10 +85,8 @@ OBJECTS: dict[str, GraspableObject] = {
 
 
 def get_object(name: str) -> GraspableObject:
-    """The named object; raises ValueError that lists the valid names."""
-    if name not in OBJECTS:
-        raise ValueError(f"object must be one of {', '.join(OBJECTS)}; got {name!r}")
-    return OBJECTS[name]
+    """Returns the named object; ValueError for an unknown name."""
+    return look_up("object", name, OBJECTS)
 
 
 _EYE_M = 0.01

@@ -63,7 +63,7 @@ class TaskConfig:
         for name in ("delay_s", "gripper_delay_s"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be a number of 0 or more, got {value!r}")
+                raise ValueError(f"{name} must be 0 or greater, got {value!r}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,8 @@ import mujoco
 import numpy as np
 from OpenGL import GL
 
+from sim.checks import look_up
+
 
 @dataclass(frozen=True)
 class CameraView:
@@ -98,10 +100,8 @@ STUDIO = CameraView(
 
 
 def get_view(name: str) -> CameraView:
-    """The named view; raises ValueError that lists the valid names."""
-    if name not in CAMERAS:
-        raise ValueError(f"camera must be one of {', '.join(CAMERAS)}; got {name!r}")
-    return CAMERAS[name]
+    """Returns the named view; ValueError for an unknown name."""
+    return look_up("camera", name, CAMERAS)
 
 
 def add_camera(mjcf_root: Any, name: str, view: CameraView) -> Any:

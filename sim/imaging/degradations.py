@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from sim.checks import look_up, require_at_least, require_within
 from sim.imaging.lighting import FlickeringLight, Light, SteadyLight, SwitchedLight
 from sim.imaging.time_of_flight import TimeOfFlight
 
@@ -52,18 +53,10 @@ class Condition:
     """Mirror images of the object that ride along."""
 
     def __post_init__(self) -> None:
-        if self.width_px < 16 or self.height_px < 16:
-            raise ValueError(
-                f"width_px and height_px must be 16 or more, got {self.width_px}x{self.height_px}"
-            )
-        for name in ("exposure_s", "colour_noise_std", "depth_noise_std_m", "late_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be a number of 0 or more, got {value!r}")
-        if not 0.0 <= self.bar_m <= WIDEST_BAR_M:
-            raise ValueError(f"bar_m must be from 0 to {WIDEST_BAR_M:g}, got {self.bar_m!r}")
-        if not 0.0 <= self.clutter <= 1.0:
-            raise ValueError(f"clutter must be from 0 to 1, got {self.clutter!r}")
+        require_at_least(self, 16, "width_px", "height_px")
+        require_at_least(self, 0.0, "exposure_s", "colour_noise_std", "depth_noise_std_m", "late_s")
+        require_within(self, 0.0, WIDEST_BAR_M, "bar_m")
+        require_within(self, 0.0, 1.0, "clutter")
         if self.look_alike_count not in range(LOOK_ALIKE_COUNT + 1):
             raise ValueError(
                 f"look_alike_count must be 0 to {LOOK_ALIKE_COUNT}, got {self.look_alike_count!r}"
@@ -175,12 +168,12 @@ def get_condition(name: str) -> Condition:
 def _level(part: str) -> Mapping[str, Any]:
     """What one degradation at one level changes."""
     name, _, number = part.rpartition("-")
-    if name not in DEGRADATIONS or not number.isdecimal():
+    if not (name and number.isdecimal()):
         raise ValueError(
             f"condition must be {NORMAL}, or NAME-LEVEL with a NAME of {', '.join(DEGRADATIONS)}, "
             f"or several joined by +; got {part!r}"
         )
-    levels = DEGRADATIONS[name].levels
+    levels = look_up("degradation", name, DEGRADATIONS).levels
     if int(number) > len(levels):
         raise ValueError(f"condition: {name} has levels 0 to {len(levels)}, got {part!r}")
     return levels[int(number) - 1] if int(number) else {}

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+from sim.checks import require_within
+
 BRIGHTEST = 2.0
 
 
@@ -24,7 +26,7 @@ class SteadyLight:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        _require_brightness("scale", self.scale)
+        require_within(self, 0.0, BRIGHTEST, "scale")
 
     def __call__(self, time_s: float, target_y_m: float) -> float:
         """The same, whatever the time."""
@@ -41,8 +43,7 @@ class SwitchedLight:
     """Where the target is then: all of it has come into view, and the hand is on its way to it."""
 
     def __post_init__(self) -> None:
-        _require_brightness("before", self.before)
-        _require_brightness("after", self.after)
+        require_within(self, 0.0, BRIGHTEST, "before", "after")
 
     def __call__(self, time_s: float, target_y_m: float) -> float:
         """The brightness before or after the switch."""
@@ -58,14 +59,8 @@ class FlickeringLight:
     rate_hz: float = 100.0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.depth <= 1.0:
-            raise ValueError(f"depth must be from 0 to 1, got {self.depth!r}")
+        require_within(self, 0.0, 1.0, "depth")
 
     def __call__(self, time_s: float, target_y_m: float) -> float:
         """The brightness at that moment."""
         return 1.0 + self.depth * math.sin(2.0 * math.pi * self.rate_hz * time_s)
-
-
-def _require_brightness(name: str, value: float) -> None:
-    if not 0.0 <= value <= BRIGHTEST:
-        raise ValueError(f"{name} must be from 0 to {BRIGHTEST:g}, got {value!r}")

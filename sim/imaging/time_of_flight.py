@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from sim.checks import require_positive, require_within
+
 
 @dataclass(frozen=True)
 class TimeOfFlight:
@@ -23,10 +25,8 @@ class TimeOfFlight:
     """Surfaces seen at a flatter angle return too little light. The noise model ends here too."""
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.edge_step_m) and self.edge_step_m > 0.0):
-            raise ValueError(f"edge_step_m must be greater than 0, got {self.edge_step_m!r}")
-        if not 0.0 <= self.edge_hole_share <= 1.0:
-            raise ValueError(f"edge_hole_share must be from 0 to 1, got {self.edge_hole_share!r}")
+        require_positive(self, "edge_step_m")
+        require_within(self, 0.0, 1.0, "edge_hole_share")
         if not 0.0 < self.grazing_rad < 0.5 * math.pi:
             raise ValueError(
                 f"grazing_rad must be between 0 and half of pi, got {self.grazing_rad!r}"

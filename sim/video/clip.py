@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from sim.checks import require_at_least, require_within
 from sim.video.motion import Terms
 
 WIDTH_PX, HEIGHT_PX = 320, 240
@@ -122,9 +123,6 @@ class Clip:
     frame_count: int = 90
 
     def __post_init__(self) -> None:
-        if self.frame_count < 2:
-            raise ValueError(f"frame_count must be 2 or more, got {self.frame_count}")
-        if not 0.0 <= self.exposure_frames <= 1.0:
-            raise ValueError(f"exposure_frames must be from 0 to 1, got {self.exposure_frames!r}")
-        if self.noise_levels < 0.0:
-            raise ValueError(f"noise_levels must be 0 or more, got {self.noise_levels!r}")
+        require_at_least(self, 2, "frame_count")
+        require_within(self, 0.0, 1.0, "exposure_frames")
+        require_at_least(self, 0.0, "noise_levels")

@@ -13,6 +13,7 @@ import cv2
 import mujoco
 import numpy as np
 
+from sim.checks import look_up
 from sim.video import pictures, surfaces
 from sim.video.clip import (
     FOCAL_PX,
@@ -198,7 +199,7 @@ def _compile(clip: Clip, actors: list[_Playing], rng: np.random.Generator | None
 def _paint(clip: Clip, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """The picture of everything, by name."""
     style = pictures.Style.draw(rng)
-    painted = {_SCENERY: pictures.SCENERIES[clip.scenery](style, rng)}
+    painted = {_SCENERY: look_up("scenery", clip.scenery, pictures.SCENERIES)(style, rng)}
     for name, actor in _named(clip):
         is_alike = name == TARGET or actor.artwork == "look-alike"
         own = style if is_alike else pictures.Style.draw(rng)

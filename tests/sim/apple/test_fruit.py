@@ -93,7 +93,7 @@ def test_a_sphere_on_the_optical_axis_has_a_circle_of_known_radius():
     ("values", "message"),
     [
         ({"radius_m": 0.0}, "radius_m must be a positive number, got 0.0"),
-        ({"aspect": 0.2}, "aspect must be from 0.5 to 1.5, got 0.2"),
+        ({"aspect": 0.2}, "aspect must be a number from 0.5 to 1.5, got 0.2"),
         ({"stem_length_m": float("nan")}, "stem_length_m must be a positive number, got nan"),
     ],
 )

@@ -70,8 +70,8 @@ def test_every_camera_gives_a_picture_with_something_in_it(make):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"lamp": -0.1}, "lamp must be from 0 to 2, got -0.1"),
-        ({"sky": 3.0}, "sky must be from 0 to 2, got 3.0"),
+        ({"lamp": -0.1}, "lamp must be a number from 0 to 2, got -0.1"),
+        ({"sky": 3.0}, "sky must be a number from 0 to 2, got 3.0"),
         ({"direction": (0.0, 0.0, 0.0)}, "direction must be a vector other than zero"),
     ],
 )

@@ -162,7 +162,7 @@ def test_another_object_camera_or_carrier_needs_a_new_model(environment):
     [
         ("camera_rate_hz", 50.0, "camera_rate_hz must divide 480"),
         ("camera_rate_hz", math.nan, "camera_rate_hz must divide 480"),
-        ("delay_s", -0.1, "delay_s must be a number of 0 or more, got -0.1"),
+        ("delay_s", -0.1, "delay_s must be 0 or greater, got -0.1"),
         ("camera", "under", "camera must be one of far-side, kinect, overhead; got 'under'"),
         ("condition", "foggy", "condition must be normal, or NAME-LEVEL"),
         ("motion", "zigzag", "motion must be one of constant"),

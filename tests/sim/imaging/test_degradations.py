@@ -53,12 +53,12 @@ def test_bad_names_are_refused(name, message):
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("width_px", 0, "width_px and height_px must be 16 or more"),
-        ("exposure_s", -0.1, "exposure_s must be a number of 0 or more, got -0.1"),
+        ("width_px", 0, "width_px must be 16 or greater, got 0"),
+        ("exposure_s", -0.1, "exposure_s must be 0 or greater, got -0.1"),
         ("full_well_e", 0.0, "full_well_e must be greater than 0"),
         ("dropped_share", 1.0, "dropped_share must be from 0 to below 1, got 1.0"),
-        ("bar_m", 0.6, "bar_m must be from 0 to 0.5, got 0.6"),
-        ("clutter", -0.1, "clutter must be from 0 to 1, got -0.1"),
+        ("bar_m", 0.6, "bar_m must be a number from 0 to 0.5, got 0.6"),
+        ("clutter", -0.1, "clutter must be a number from 0 to 1, got -0.1"),
         ("look_alike_count", 4, "look_alike_count must be 0 to 3, got 4"),
     ],
 )

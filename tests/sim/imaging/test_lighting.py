@@ -23,9 +23,9 @@ def test_flicker_at_100_hz_is_a_beat_of_10_hz_in_a_camera_of_30_hz():
 
 
 def test_bad_lights_are_refused():
-    with pytest.raises(ValueError, match="scale must be from 0 to 2, got 3"):
+    with pytest.raises(ValueError, match="scale must be a number from 0 to 2, got 3"):
         SteadyLight(3.0)
-    with pytest.raises(ValueError, match="after must be from 0 to 2, got nan"):
+    with pytest.raises(ValueError, match="after must be a number from 0 to 2, got nan"):
         SwitchedLight(1.0, float("nan"))
-    with pytest.raises(ValueError, match="depth must be from 0 to 1, got"):
+    with pytest.raises(ValueError, match="depth must be a number from 0 to 1, got"):
         FlickeringLight(1.5)

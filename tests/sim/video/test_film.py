@@ -153,9 +153,12 @@ def test_the_same_seed_gives_the_same_frames_and_the_survey_their_truth():
     [
         (lambda: Actor((64.0, 4.0)), "size_px must be at least 8"),
         (lambda: Actor((64.0, 48.0), depth_m=WALL_DEPTH_M), "depth_m must lie between"),
-        (lambda: replace(STILL, frame_count=1), "frame_count must be 2 or more, got 1"),
-        (lambda: replace(STILL, exposure_frames=1.5), "exposure_frames must be from 0 to 1"),
-        (lambda: replace(STILL, noise_levels=-1.0), "noise_levels must be 0 or more, got -1"),
+        (lambda: replace(STILL, frame_count=1), "frame_count must be 2 or greater, got 1"),
+        (
+            lambda: replace(STILL, exposure_frames=1.5),
+            "exposure_frames must be a number from 0 to 1",
+        ),
+        (lambda: replace(STILL, noise_levels=-1.0), "noise_levels must be 0 or greater, got -1"),
     ],
 )
 def test_an_impossible_clip_is_refused(make, message):
