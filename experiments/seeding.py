@@ -43,8 +43,3 @@ def seed_sequence(seed: int, stream: Stream, place: str = "") -> np.random.SeedS
 def generator(seed: int, stream: Stream, place: str = "") -> np.random.Generator:
     """A fresh generator at the start of the stream."""
     return np.random.Generator(np.random.PCG64(seed_sequence(seed, stream, place)))
-
-
-def random_state(seed: int, stream: Stream) -> np.random.RandomState:
-    """The stream as the legacy type that dm_control expects; the only place that makes one."""
-    return np.random.RandomState(np.random.MT19937(seed_sequence(seed, stream)))

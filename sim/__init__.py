@@ -18,8 +18,11 @@ class OffscreenGLError(RuntimeError):
     """This machine cannot render without a display; the message says what to install."""
 
 
-def _require_offscreen_gl() -> None:
-    """Raises OffscreenGLError where importing mujoco would fail with a puzzling AttributeError."""
+def require_offscreen_gl() -> None:
+    """Raises OffscreenGLError where importing mujoco would fail with a puzzling AttributeError.
+
+    Every package of this one that needs mujoco calls it first.
+    """
     if os.environ["MUJOCO_GL"] != "egl":
         return
     try:
@@ -34,6 +37,3 @@ def _require_offscreen_gl() -> None:
             f"offscreen rendering is not possible ({error}); on Debian or Ubuntu: apt-get install "
             "-y --no-install-recommends libegl1 libgl1 libopengl0 libgl1-mesa-dri"
         ) from error
-
-
-_require_offscreen_gl()

@@ -12,12 +12,13 @@ import numpy as np
 
 from experiments.belt.config import TrialConfig
 from experiments.belt.teaching import reference_template
+from experiments.seeding import Stream, generator
 from sim.arm.embodiments import get_embodiment
 from sim.arm.servo import Servo
 from sim.belt.environment import load, make_servo
-from sim.belt.motions import MOTIONS
+from sim.belt.scenario import ScenarioRange
 from sim.belt.task import ConveyorGrasp
-from sim.belt.task_config import TaskConfig
+from sim.belt.task_config import Episode, TaskConfig
 from tracker.affine.template import Template
 
 
@@ -78,36 +79,23 @@ class Cell:
 
 def make_cell(config: TrialConfig, *, has_camera: bool) -> Cell:
     """The world that `config` asks for."""
-    task = TaskConfig(
-        embodiment=config.embodiment,
-        object=config.object,
-        camera=config.camera,
-        has_camera=has_camera,
-        observes_camera=False,
-        condition=config.condition,
-        motion=config.motion,
-        camera_rate_hz=config.camera_rate_hz,
-        delay_s=config.delay_s,
-        gripper_delay_s=config.gripper_delay_s,
-    )
-    cell = _compiled(task.embodiment, task.object, task.camera, task.carrier, has_camera=has_camera)
+    task = TaskConfig.of(config, has_camera=has_camera, observes_camera=False)
+    cell = _compiled(task.as_compiled)
     cell.task.configure(task)
     return cell
 
 
+def make_episode(config: TrialConfig) -> Episode:
+    """What the seed decides of a trial's world; the same for every tracker."""
+    scene_rng = generator(config.seed, Stream.SCENE)
+    scenario = ScenarioRange().draw(config.motion, config.speed_mps, scene_rng)
+    return Episode(scenario, generator(config.seed, Stream.SENSOR))
+
+
 @functools.lru_cache(maxsize=8)
-def _compiled(
-    embodiment: str, object_name: str, camera: str, carrier: str, *, has_camera: bool
-) -> Cell:
+def _compiled(task: TaskConfig) -> Cell:
     """Compiling takes longer than a trial's first second: a sweep reuses its last cells."""
-    task = TaskConfig(
-        embodiment=embodiment,
-        object=object_name,
-        camera=camera,
-        motion=next(name for name, entry in MOTIONS.items() if entry.carrier == carrier),
-        has_camera=has_camera,
-    )
-    cell = Cell(load(task), make_servo(get_embodiment(embodiment), carrier))
+    cell = Cell(load(task), make_servo(get_embodiment(task.embodiment), task.carrier))
     # A finalizer's own turn at exit may come after EGL's end; registered now, its turn is before.
     release = weakref.finalize(cell, cell.task.close)
     release.atexit = False

@@ -7,17 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from experiments.belt.cell import Cell
+from experiments.belt.cell import Cell, make_episode
 from experiments.belt.config import TrialConfig, TrialTimings
 from experiments.belt.perception import Seeing, make_perception
 from experiments.belt.trace import ControlSample, EstimateSample, TrialTrace
-from experiments.seeding import Stream, generator
 from sim.arm.grasp import Grasp, GraspCommand, Phase, servo_error
 from sim.arm.target_motion import TargetMotion
 from sim.belt.referee import PhysicalRecord
-from sim.belt.scenario import ScenarioRange
 from sim.belt.task import CONTROL_HZ
-from sim.belt.task_config import Episode
 from sim.imaging.sensor import Frame
 from tracker.belt.perception import TargetObservation
 
@@ -31,11 +28,8 @@ class Loop:
     def __init__(self, config: TrialConfig, cell: Cell) -> None:
         self.cell, self.trace = cell, TrialTrace()
         self._started = time.perf_counter()
-        scenario = ScenarioRange().draw(
-            config.motion, config.speed_mps, generator(config.seed, Stream.SCENE)
-        )
         self.perception = make_perception(config, cell)  # photographs before the world begins
-        cell.task.next_episode = Episode(scenario, generator(config.seed, Stream.SENSOR))
+        cell.task.next_episode = make_episode(config)
         self._timestep = cell.environment.reset()
         cell.servo.reset(cell.task.robot.q(cell.environment.physics))
         embodiment, home = cell.task.embodiment, cell.servo.T_world_tcp

@@ -12,9 +12,9 @@ from sim import ASSETS, textures
 from sim.arm.embodiments import UR5_RG2, Embodiment
 from sim.arm.robot import Robot
 from sim.belt.carriers import Carrier
+from sim.world_config import PHYSICS_HZ
 
-PHYSICS_STEP_S = 1.0 / 480.0
-
+PHYSICS_STEP_S = 1.0 / PHYSICS_HZ
 FLOOR_Z_M = -0.75
 
 ZNEAR_M = 0.04

@@ -22,11 +22,12 @@ from sim.belt.objects import Prop, get_object
 from sim.belt.path import Pose
 from sim.belt.referee import Referee
 from sim.belt.scenery import Scenery
-from sim.belt.task_config import PHYSICS_HZ, Episode, TaskConfig
+from sim.belt.task_config import Episode, TaskConfig
 from sim.imaging.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
 from sim.imaging.degradations import Condition, get_condition
 from sim.imaging.noise import Develop, Image
 from sim.imaging.sensor import Frame, Sensor
+from sim.world_config import PHYSICS_HZ
 
 CONTROL_HZ = 120
 _CUBE_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))

@@ -14,6 +14,7 @@ from typing import Any
 from sim.checks import look_up, require_at_least, require_within
 from sim.imaging.lighting import FlickeringLight, Light, SteadyLight, SwitchedLight
 from sim.imaging.time_of_flight import TimeOfFlight
+from sim.world_config import PHYSICS_HZ
 
 WIDEST_BAR_M = 0.5
 LOOK_ALIKE_COUNT = 3
@@ -100,7 +101,7 @@ DEGRADATIONS: dict[str, Degradation] = {
     ),
     "blur": Degradation(
         "shutter open for 8, 17, 33 ms",
-        tuple({"exposure_s": count / 480} for count in (4, 8, 16)),
+        tuple({"exposure_s": count / PHYSICS_HZ} for count in (4, 8, 16)),
     ),
     "noise": Degradation(
         "colour noise of 5, 10, 20, 40 levels",

@@ -4,3 +4,7 @@
 like; `stage` is the MuJoCo model that shows an instant, `truth` reads the target out of it, and
 `film` exposes the images.
 """
+
+from sim import require_offscreen_gl
+
+require_offscreen_gl()

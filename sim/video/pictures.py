@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 
 from sim.textures import AMBER, INK, KRAFT, NAVY, PAPER, RED, TEAL, Canvas, Colour
-from sim.video.clip import Scenery
 
 _PAINTS: tuple[Colour, ...] = (KRAFT, NAVY, RED, AMBER, TEAL, (86, 60, 120), (92, 128, 64))
 _WORDS = ("TEA", "SALT", "PEAR", "FIG", "PIE", "SAGE", "RIBS", "TART")
@@ -164,7 +163,7 @@ def gallery(style: Style, rng: np.random.Generator) -> np.ndarray:
     return c.to_uint8()
 
 
-SCENERIES: dict[Scenery, Callable[[Style, np.random.Generator], np.ndarray]] = {
+SCENERIES: dict[str, Callable[[Style, np.random.Generator], np.ndarray]] = {
     "shelves": shelves,
     "bricks": bricks,
     "leaves": leaves,

@@ -64,7 +64,7 @@ def test_help_needs_no_heavy_import(toy_environment):
         "import sys; from experiments import cli; "
         "commands = ['otb', 'run'], ['sweep'], ['merge'], ['trial']; "
         "code = any(cli.run([*words, '--help']) for words in commands); "
-        "heavy = {'distributed', 'numpy', 'mujoco', 'cv2', 'matplotlib', 'sim', 'tracker'}; "
+        "heavy = {'distributed', 'numpy', 'mujoco', 'dm_control', 'cv2', 'matplotlib', 'tracker'}; "
         "heavy &= set(sys.modules); "
         "sys.exit(f'imported {heavy}' if heavy else code)"
     )

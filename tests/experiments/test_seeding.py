@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from experiments.seeding import Stream, generator, random_state
+from experiments.seeding import Stream, generator
 
 
 def test_the_same_address_gives_the_same_draws():
@@ -27,12 +27,6 @@ def test_worlds_are_pinned_for_all_time():
         3965302008,
         853307535,
     ]
-
-
-def test_legacy_state_repeats():
-    first, second = (random_state(3, Stream.SCENE).uniform(size=4) for _ in range(2))
-    assert np.array_equal(first, second)
-    assert not np.array_equal(first, random_state(3, Stream.SENSOR).uniform(size=4))
 
 
 def test_a_negative_seed_is_refused():

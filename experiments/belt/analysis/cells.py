@@ -17,7 +17,11 @@ from experiments.report.table import Column
 World: TypeAlias = tuple[Any, ...]
 """What a trial met, whoever tracked: the setting and the seed."""
 
-_FIELDS = tuple(field.name for field in dataclasses.fields(TrialConfig))
+_FIELDS = tuple(
+    field.name
+    for field in dataclasses.fields(TrialResult)
+    if field.name in TrialConfig.__dataclass_fields__
+)
 
 SETTING = tuple(
     name for name in _FIELDS if name not in ("tracker", "seed", "particle_count", "error_threshold")

@@ -12,7 +12,7 @@ from experiments.belt.config import TrialConfig
 from experiments.belt.loop import Loop
 from experiments.belt.perception import NoisyOracle, Oracle, Seeing
 from sim.arm.grasp import Phase
-from sim.belt import environment, task
+from sim.belt import environment
 from sim.belt.objects import OBJECTS
 from sim.belt.turntable import RADIUS_M
 from tracker.belt.prediction import make_predictor
@@ -155,10 +155,6 @@ def test_noisy_oracle_keeps_rate_delay_and_noise(clock):
     assert len(seen) == pytest.approx(30 * 9.9, abs=2)
     errors = np.array([e.position_m - [0.5, 0.3 * e.time_s, 0.08] for _, e in seen])
     assert np.std(errors) == pytest.approx(0.002, rel=0.1)
-
-
-def test_configuration_and_simulator_agree_on_the_physics_rate():
-    assert config.PHYSICS_HZ == task.PHYSICS_HZ
 
 
 def test_config_hash_names_every_field_and_nothing_else():

@@ -161,12 +161,12 @@ def test_another_object_camera_or_carrier_needs_a_new_model(environment):
     ("field", "value", "message"),
     [
         ("camera_rate_hz", 50.0, "camera_rate_hz must divide 480"),
-        ("camera_rate_hz", math.nan, "camera_rate_hz must divide 480"),
-        ("delay_s", -0.1, "delay_s must be 0 or greater, got -0.1"),
+        ("camera_rate_hz", math.nan, "camera_rate_hz must be a number from 1 to 120, got nan"),
+        ("delay_s", -0.1, "delay_s must be a number from 0 to 1, got -0.1"),
         ("camera", "under", "camera must be one of far-side, kinect, overhead; got 'under'"),
         ("condition", "foggy", "condition must be normal, or NAME-LEVEL"),
         ("motion", "zigzag", "motion must be one of constant"),
-        ("speed_mps", -1.0, "speed_mps must be finite and >= 0"),
+        ("speed_mps", -1.0, "speed_mps must be a number from 0 to 3, got -1.0"),
         ("embodiment", "ur7", "embodiment must be one of ur5-rg2, ur3-soft; got 'ur7'"),
         (
             "object",
