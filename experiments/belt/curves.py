@@ -31,8 +31,8 @@ class ErrorCurve:
     """Errors from the moment the whole object is in view until the hand lifts, or the end.
 
     Sample k belongs to `k / CURVE_HZ` seconds after that moment. In both errors a radian counts
-    as 0.1 m (`sim.arm.grasp.servo_error`). While the hand hovers it keeps its distance: the error
-    is then that height, not zero.
+    as 0.1 m (`sim.arm.target_motion.servo_error`). While the hand hovers it keeps its distance: the
+    error is then that height, not zero.
     """
 
     servo_m: np.ndarray

@@ -11,8 +11,8 @@ from experiments.belt.cell import Cell, make_episode
 from experiments.belt.config import TrialConfig, TrialTimings
 from experiments.belt.perception import Seeing, make_perception
 from experiments.belt.trace import ControlSample, EstimateSample, TrialTrace
-from sim.arm.grasp import Grasp, GraspCommand, Phase, servo_error
-from sim.arm.target_motion import TargetMotion
+from sim.arm.grasp import Grasp, GraspCommand, Phase
+from sim.arm.target_motion import TargetMotion, servo_error
 from sim.belt.referee import PhysicalRecord
 from sim.belt.task import CONTROL_HZ
 from sim.imaging.sensor import Frame
@@ -130,7 +130,6 @@ class Loop:
                 phase=self.grasp.phase,
                 true_position_m=truth.position_m,
                 true_yaw_rad=truth.yaw_rad,
-                tcp_position_m=hand[:3, 3].copy(),
                 servo_error=error,
                 true_error=servo_error(truth, true_hand, depth_m),
                 is_feasible=self.cell.servo.is_feasible,

@@ -20,8 +20,6 @@ class ControlSample:
     true_position_m: np.ndarray
     """(3,) centre of the object's top face in the world."""
     true_yaw_rad: float
-    tcp_position_m: np.ndarray
-    """(3,) commanded tool centre point."""
     servo_error: float | None
     """Norm of the pose error that the servo believes in, [IGPF2021] Eq. (26); None untracked."""
     true_error: float

@@ -1,7 +1,8 @@
-"""The grasp: from waiting above the belt to holding the object, as a state machine.
+"""The grasp: from waiting above the belt to holding the object, as a table of phases.
 
-SEARCH -> TRACK -> APPROACH -> SYNC -> DESCEND -> CLOSE -> LIFT -> HOLD. It sees what a robot
-sees: predictions of the target, its own commanded pose and the width between its fingers.
+It sees what a robot sees: predictions of the target, its own commanded pose and the width between
+its fingers. `Phase` says what each phase aims at; `Grasp._next_phase` is the table of what ends a
+phase and what breaks it off.
 """
 
 from __future__ import annotations
@@ -20,13 +21,26 @@ class Phase(StrEnum):
     """What the hand is doing."""
 
     SEARCH = "search"
+    """It waits at home; no target is known."""
     TRACK = "track"
+    """It waits at home while the target's poses are counted."""
     APPROACH = "approach"
+    """It joins the target, at the height of hovering."""
     SYNC = "sync"
+    """It moves with the target, at the height of hovering."""
     DESCEND = "descend"
+    """It moves with the target, down to the depth of the grasp."""
     CLOSE = "close"
+    """It moves with the target, at the depth of the grasp, and the fingers close."""
     LIFT = "lift"
+    """It rises with the object and brakes."""
     HOLD = "hold"
+    """It holds the object up."""
+
+
+_WAITING = (Phase.SEARCH, Phase.TRACK)
+_AT_DEPTH = (Phase.DESCEND, Phase.CLOSE)
+_CARRYING = (Phase.LIFT, Phase.HOLD)
 
 
 @dataclass(frozen=True)
@@ -41,6 +55,8 @@ class GraspConfig:
     """Height of the tool centre point above the target's top while it follows."""
     depth_m: float = 0.035
     """How far below the top the tool centre point goes."""
+    depth_error_m: float = 0.004
+    """The fingers may begin to move so far above that depth."""
     lift_m: float = 0.16
     run_up_mps2: float = 4.0
     """Acceleration along the belt with which the hand joins the target."""
@@ -56,6 +72,8 @@ class GraspConfig:
     open_width_m: float = 0.110
     """The gripper's stroke."""
     closed_width_m: float = 0.0
+    moved_m: float = 0.004
+    """Fingers that have closed by more than this have left their stops."""
     resisted_mps: float = 0.06
     """Closing fingers slower than this have met something."""
     still_m: float = 0.001
@@ -103,8 +121,12 @@ class Grasp:
     entered_s: dict[Phase, float] = field(default_factory=dict)
     """When each phase began."""
     _closing_yaw: float | None = None
-    _height: Ramp = field(default_factory=lambda: Ramp(0.0))
+    _pose_count: int = 0
     _in_gate_s: float = 0.0
+    _error_m: float = math.inf
+    _hand_z_m: float = 0.0
+    _top_z_m: float = 0.0
+    _have_fingers_met: bool = False
     _last_width: float = math.inf
     _rest_width: float = math.inf
     _rest_since_s: float = 0.0
@@ -113,10 +135,13 @@ class Grasp:
     _hold_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     _lift_goal: float = 0.0
 
+    def __post_init__(self) -> None:
+        self._height = Ramp(float(self.home_T_world_tcp[2, 3]))
+
     @property
     def has_gripped(self) -> bool:
         """From the first resistance of the fingers on: what the camera shows follows the hand."""
-        return self._gripped is not None or self.phase in (Phase.LIFT, Phase.HOLD)
+        return self._gripped is not None or self.phase in _CARRYING
 
     def step(
         self,
@@ -126,7 +151,7 @@ class Grasp:
         T_world_tcp: np.ndarray,
         width_m: float,
     ) -> GraspCommand:
-        """The command for this control step.
+        """Returns the command for this control step.
 
         Args:
             time_s: Simulated time.
@@ -135,18 +160,48 @@ class Grasp:
             T_world_tcp: (4, 4) pose of the hand.
             width_m: Measured opening between the fingers.
         """
-        if self.phase in (Phase.LIFT, Phase.HOLD):
+        if self.phase in _CARRYING:
             return self._carry(time_s)
-        if target is None:
-            return self._command(self.home_T_world_tcp, np.zeros(6))
-        if self.phase is Phase.SEARCH:
-            self._enter(Phase.TRACK, time_s)
-            self._height.value = float(self.home_T_world_tcp[2, 3])
-        if self.phase is Phase.TRACK and pose_count >= self.config.track_poses:
-            self._enter(Phase.APPROACH, time_s)
-        if self.phase is Phase.TRACK:
+        self._pose_count = pose_count
+        for waiting in _WAITING:  # both may end in one step
+            if target is not None and self.phase is waiting:
+                self._advance(time_s)
+        if target is None or self.phase in _WAITING:
             return self._command(self.home_T_world_tcp, np.zeros(6))
         return self._follow(time_s, target, T_world_tcp, width_m)
+
+    def _next_phase(self) -> Phase:
+        """The table: the phase that follows on this one as things stand, or this one."""
+        c = self.config
+        is_above = self._hand_z_m > self._top_z_m + 0.5 * c.hover_m
+        remaining_m = self._hand_z_m - (self._top_z_m - c.depth_m)
+        # [IGPF2021] Eq. (30): the fingers begin to move closing_delay_s after the command.
+        way_in_delay_m = self.closing_delay_s * abs(self._height.speed)
+        match self.phase:
+            case Phase.SEARCH:
+                return Phase.TRACK
+            case Phase.TRACK if self._pose_count >= c.track_poses:
+                return Phase.APPROACH
+            case Phase.APPROACH if self._in_gate_s > 0.0:
+                return Phase.SYNC
+            case Phase.SYNC if self._in_gate_s == 0.0:
+                return Phase.APPROACH
+            case Phase.SYNC if self._in_gate_s >= c.sync_time_s:
+                return Phase.DESCEND
+            case Phase.DESCEND if is_above and self._error_m > c.abort_error_m:
+                return Phase.APPROACH
+            case Phase.DESCEND if remaining_m < c.depth_error_m + way_in_delay_m:
+                return Phase.CLOSE
+            case Phase.CLOSE if self._have_fingers_met:
+                return Phase.LIFT
+            case Phase.LIFT if abs(self._height.value - self._lift_goal) < 1e-3:
+                return Phase.HOLD
+            case phase:
+                return phase
+
+    def _advance(self, time_s: float) -> None:
+        self.phase = self._next_phase()
+        self.entered_s.setdefault(self.phase, time_s)
 
     def _follow(
         self, time_s: float, target: TargetMotion, T_world_tcp: np.ndarray, width_m: float
@@ -159,11 +214,13 @@ class Grasp:
         velocity = np.array(target.velocity_mps, float)
         y, speed = position[1], velocity[1]
         position[1], velocity[1] = run_up(y, speed, c.wait_y_m, c.run_up_mps2)
-        has_joined = position[1] == y
-        self._advance(time_s, target, T_world_tcp, width_m, has_joined)
-        top = float(target.position_m[2])
-        low = self.phase in (Phase.DESCEND, Phase.CLOSE)
-        goal_height = top - c.depth_m if low else top + c.hover_m
+        self._measure(target, T_world_tcp, has_joined=position[1] == y)
+        if self.phase is Phase.CLOSE:
+            self._watch_fingers(time_s, target, width_m)
+        self._advance(time_s)
+        self._lift_goal = self._height.value + c.lift_m
+        top = self._top_z_m
+        goal_height = top - c.depth_m if self.phase in _AT_DEPTH else top + c.hover_m
         self._height.step(goal_height, c.descent_mps, c.descent_mps2, self.dt_s)
         position[2], velocity[2] = self._height.value, self._height.speed
         twist = np.concatenate([velocity, [0.0, 0.0, target.yaw_rate_radps]])
@@ -171,39 +228,18 @@ class Grasp:
             self._hold_position, self._carry_velocity = position, velocity
         return self._command(top_down_pose(position, yaw), twist)
 
-    def _advance(
-        self,
-        time_s: float,
-        target: TargetMotion,
-        T_world_tcp: np.ndarray,
-        width_m: float,
-        has_joined: bool,
-    ) -> None:
+    def _measure(self, target: TargetMotion, T_world_tcp: np.ndarray, *, has_joined: bool) -> None:
+        """Notes how hand and target stand to each other."""
         c = self.config
-        error = float(np.linalg.norm((target.position_m - T_world_tcp[:3, 3])[:2]))
-        yaw_error = abs(self._yaw_error(T_world_tcp))
-        is_near = error < c.sync_error_m and yaw_error < c.sync_yaw_rad
+        self._error_m = float(np.linalg.norm((target.position_m - T_world_tcp[:3, 3])[:2]))
+        hand_yaw = math.atan2(T_world_tcp[1, 0], T_world_tcp[0, 0])
+        yaw_error = math.remainder((self._closing_yaw or 0.0) - hand_yaw, 2.0 * math.pi)
+        is_near = self._error_m < c.sync_error_m and abs(yaw_error) < c.sync_yaw_rad
         self._in_gate_s = self._in_gate_s + self.dt_s if is_near and has_joined else 0.0
-        if self.phase is Phase.APPROACH and self._in_gate_s > 0.0:
-            self._enter(Phase.SYNC, time_s)
-        elif self.phase is Phase.SYNC:
-            if self._in_gate_s == 0.0:
-                self.phase = Phase.APPROACH
-            elif self._in_gate_s >= c.sync_time_s:
-                self._enter(Phase.DESCEND, time_s)
-        elif self.phase is Phase.DESCEND:
-            remaining = T_world_tcp[2, 3] - (target.position_m[2] - c.depth_m)
-            is_above = T_world_tcp[2, 3] > target.position_m[2] + 0.5 * c.hover_m
-            if is_above and error > c.abort_error_m:
-                self.phase = Phase.APPROACH
-            # The fingers start to move closing_delay_s after the command: give it that early.
-            elif remaining < 0.004 + self.closing_delay_s * abs(self._height.speed):
-                self._enter(Phase.CLOSE, time_s)
-        elif self.phase is Phase.CLOSE:
-            self._watch_fingers(time_s, target, width_m)
+        self._hand_z_m, self._top_z_m = float(T_world_tcp[2, 3]), float(target.position_m[2])
 
     def _watch_fingers(self, time_s: float, target: TargetMotion, width_m: float) -> None:
-        """Ends the closing once the fingers stand still.
+        """Notes when the fingers stand still, which ends the closing, as does its time limit.
 
         From the first resistance on the target is taken to move on as it did: what perception
         says of an object in the hand follows the hand.
@@ -211,14 +247,14 @@ class Grasp:
         c = self.config
         if abs(width_m - self._rest_width) > c.still_m:
             self._rest_width, self._rest_since_s = width_m, time_s
-        has_moved = width_m < c.open_width_m - 0.004
+        has_moved = width_m < c.open_width_m - c.moved_m
         finger_speed = (self._last_width - width_m) / self.dt_s
         self._last_width = width_m
         if has_moved and finger_speed < c.resisted_mps and self._gripped is None:
             self._gripped = UniformMotion.of(target)
         is_still = has_moved and time_s - self._rest_since_s >= c.grip_settle_s
-        if is_still or time_s - self.entered_s[Phase.CLOSE] > c.close_timeout_s:
-            self._enter(Phase.LIFT, time_s)
+        is_late = time_s - self.entered_s[Phase.CLOSE] > c.close_timeout_s
+        self._have_fingers_met = is_still or is_late
 
     def _carry(self, time_s: float) -> GraspCommand:
         c = self.config
@@ -229,8 +265,7 @@ class Grasp:
         self._carry_velocity[2] = self._height.speed
         self._hold_position = self._hold_position + self._carry_velocity * self.dt_s
         self._hold_position[2] = self._height.value
-        if self.phase is Phase.LIFT and abs(self._height.value - self._lift_goal) < 1e-3:
-            self._enter(Phase.HOLD, time_s)
+        self._advance(time_s)
         T = top_down_pose(self._hold_position, self._closing_yaw or 0.0)
         return self._command(T, np.concatenate([self._carry_velocity, np.zeros(3)]))
 
@@ -250,30 +285,8 @@ class Grasp:
         self._closing_yaw = last + math.remainder(across - last, math.pi)
         return self._closing_yaw
 
-    def _yaw_error(self, T_world_tcp: np.ndarray) -> float:
-        hand = math.atan2(T_world_tcp[1, 0], T_world_tcp[0, 0])
-        return math.remainder((self._closing_yaw or 0.0) - hand, 2.0 * math.pi)
-
-    def _enter(self, phase: Phase, time_s: float) -> None:
-        self.phase = phase
-        self.entered_s.setdefault(phase, time_s)
-        if phase is Phase.LIFT:
-            self._lift_goal = self._height.value + self.config.lift_m
-
     def _command(self, T_world_tcp: np.ndarray, twist: np.ndarray) -> GraspCommand:
         c = self.config
-        is_closed = self.phase in (Phase.CLOSE, Phase.LIFT, Phase.HOLD)
+        is_closed = self.phase is Phase.CLOSE or self.phase in _CARRYING
         width = c.closed_width_m if is_closed else c.open_width_m
         return GraspCommand(T_world_tcp, twist, width, self.phase)
-
-
-def servo_error(target: TargetMotion, T_world_tcp: np.ndarray, depth_m: float) -> float:
-    """Norm of the pose error between the hand and its grasp on the target.
-
-    Source: [IGPF2021] Eq. (26), `e = [p_t + δ n - p_e; e_o]` with n the face normal; the text
-    mixes metres and radians, here a radian counts as 0.1 m (half the length of the box).
-    """
-    grasp_position = np.asarray(target.position_m) - [0.0, 0.0, depth_m]
-    closing = math.atan2(T_world_tcp[1, 0], T_world_tcp[0, 0])
-    turn = math.remainder(target.yaw_rad + 0.5 * math.pi - closing, math.pi)
-    return float(np.linalg.norm([*(grasp_position - T_world_tcp[:3, 3]), 0.1 * turn]))

@@ -1,7 +1,8 @@
-"""What the arm is told of the target: where it is predicted to be, and how it moves."""
+"""The target as the arm knows it: where it is predicted to be, how it moves, how far it is off."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -50,3 +51,15 @@ class UniformMotion:
     def after(self, dt_s: float) -> UniformMotion:
         """The same motion, `dt_s` later."""
         return replace(self, position_m=self.position_m + dt_s * self.velocity_mps)
+
+
+def servo_error(target: TargetMotion, T_world_tcp: np.ndarray, depth_m: float) -> float:
+    """Norm of the pose error between the hand and its grasp on the target.
+
+    Source: [IGPF2021] Eq. (26), `e = [p_t + δ n - p_e; e_o]` with n the face normal; the text
+    mixes metres and radians, here a radian counts as 0.1 m (half the length of the box).
+    """
+    grasp_position = np.asarray(target.position_m) - [0.0, 0.0, depth_m]
+    closing = math.atan2(T_world_tcp[1, 0], T_world_tcp[0, 0])
+    turn = math.remainder(target.yaw_rad + 0.5 * math.pi - closing, math.pi)
+    return float(np.linalg.norm([*(grasp_position - T_world_tcp[:3, 3]), 0.1 * turn]))

@@ -22,7 +22,6 @@ def trace(end_s=2.0, lift_s=math.inf, known_s=0.5):
                 phase=Phase.LIFT if time_s >= lift_s else Phase.APPROACH,
                 true_position_m=np.zeros(3),
                 true_yaw_rad=0.0,
-                tcp_position_m=np.zeros(3),
                 servo_error=time_s if time_s >= known_s else None,
                 true_error=time_s + 1.0,
                 is_feasible=True,

@@ -25,7 +25,6 @@ def control(times: Iterable[float], phase: Phase, *, error: float | None = 0.5) 
             phase=phase,
             true_position_m=np.array([0.5, SPEED_MPS * t, 0.08]),
             true_yaw_rad=1.0,
-            tcp_position_m=np.zeros(3),
             servo_error=error,
             true_error=0.4,
             is_feasible=True,

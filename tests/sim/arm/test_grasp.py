@@ -1,11 +1,12 @@
 """The grasp state machine, with a hand that goes where it is told."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from sim.arm.grasp import Grasp, GraspConfig, Phase, servo_error
+from sim.arm.grasp import Grasp, GraspConfig, Phase
 from sim.arm.hand_motion import top_down_pose
 from sim.arm.target_motion import UniformMotion
 
@@ -112,16 +113,107 @@ def test_grip_ends_feedback_from_the_object_in_the_hand():
     assert hand[0, 3] == pytest.approx(0.52, abs=0.012)
 
 
-def test_servo_error_is_zero_at_the_grasp_and_counts_both_parts():
-    motion = target(0.0, yaw_rad=0.3)
-    depth = 0.035
-    grasp_position = motion.position_m - [0.0, 0.0, depth]
-    exact = top_down_pose(grasp_position, 0.3 + math.pi / 2)
-    assert servo_error(motion, exact, depth) == pytest.approx(0.0, abs=1e-12)
-    turned = top_down_pose(grasp_position, 0.3 + math.pi / 2 + 0.2)
-    assert servo_error(motion, turned, depth) == pytest.approx(0.02)
-    shifted = top_down_pose(grasp_position + np.array([0.03, 0.0, 0.04]), 0.3 - math.pi / 2)
-    assert servo_error(motion, shifted, depth) == pytest.approx(0.05)
+def test_hand_has_joined_the_target_when_it_counts_as_with_it():
+    motion = target(-0.8, speed_mps=0.5)
+    grasp, hand = Grasp(GraspConfig(), DT, 0.05, HOME), HOME
+    for step in range(400):
+        command = grasp.step(step * DT, motion, step + 1, hand, 0.110)
+        if grasp.phase is Phase.SYNC:
+            break
+        hand, motion = command.T_world_tcp, motion.after(DT)
+    assert command.T_world_tcp[1, 3] == motion.position_m[1] and command.twist[1] == 0.5
+
+
+@pytest.mark.parametrize(("off_m", "turned_rad"), [(0.01, 0.0), (0.0, math.radians(5.0))])
+def test_descent_waits_for_a_hand_that_stays_with_the_target(off_m, turned_rad):
+    """It is with the target at steps 250 to 252, and from step 254 on."""
+    grasp, hand, motion = Grasp(GraspConfig(), DT, 0.05, HOME), HOME, target(-0.8)
+    for step in range(400):
+        is_off = step < 250 or step == 253
+        seen = hand.copy()
+        if is_off:
+            seen = hand @ top_down_pose(np.zeros(3), -turned_rad) @ top_down_pose(np.zeros(3), 0.0)
+            seen[0, 3] += off_m
+        hand = grasp.step(step * DT, motion, step + 1, seen, 0.110).T_world_tcp
+        motion = motion.after(DT)
+        if is_off:
+            assert grasp.phase in (Phase.TRACK, Phase.APPROACH)
+        if step == 252:
+            assert grasp.phase is Phase.SYNC
+        if grasp.phase is Phase.DESCEND:
+            assert (step - 253) * DT >= GraspConfig().sync_time_s - 1e-9
+            return
+    raise AssertionError("no descent")
+
+
+def closing_s(held_width_m: float) -> float:
+    """How long the machine closes fingers that stop at that width."""
+    grasp, _ = play(target(-0.8), 500, held_width_m)
+    return grasp.entered_s[Phase.LIFT] - grasp.entered_s[Phase.CLOSE]
+
+
+def test_closing_ends_when_the_fingers_stand_still_or_at_its_time_limit():
+    moving_s = (0.110 - 0.08) / 0.127
+    assert closing_s(0.08) == pytest.approx(moving_s + GraspConfig().grip_settle_s, abs=3 * DT)
+    assert closing_s(0.110) == pytest.approx(GraspConfig().close_timeout_s, abs=2 * DT)
+
+
+def descent(closing_delay_s: float = 0.05) -> tuple[Grasp, UniformMotion, np.ndarray, float]:
+    """The machine at the beginning of its descent, with target, hand and time of that step."""
+    grasp = Grasp(GraspConfig(), DT, closing_delay_s, HOME)
+    hand, motion = HOME, target(-0.8)
+    for step in range(400):
+        hand = grasp.step(step * DT, motion, step + 1, hand, 0.110).T_world_tcp
+        motion = motion.after(DT)
+        if grasp.phase is Phase.DESCEND:
+            return grasp, motion, hand, (step + 1) * DT
+    raise AssertionError(f"no descent; the phase is {grasp.phase}")
+
+
+def shifted(motion: UniformMotion, by_m: float) -> UniformMotion:
+    return replace(motion, position_m=motion.position_m + np.array([by_m, 0.0, 0.0]))
+
+
+def test_descent_is_broken_off_where_the_target_is_lost_and_begins_again_beside_it():
+    grasp, motion, hand, time_s = descent()
+    astray = shifted(motion, 0.9 * GraspConfig().abort_error_m)
+    hand = grasp.step(time_s, astray, 99, hand, 0.110).T_world_tcp
+    assert grasp.phase is Phase.DESCEND, "a small error is corrected on the way down"
+    lost = shifted(astray.after(DT), 1.1 * GraspConfig().abort_error_m)
+    command = grasp.step(time_s + DT, lost, 99, hand, 0.110)
+    assert grasp.phase is Phase.APPROACH and command.width_m == GraspConfig().open_width_m
+    for step in range(2, 200):
+        lost = lost.after(DT)
+        hand = grasp.step(time_s + step * DT, lost, 99, command.T_world_tcp, 0.110).T_world_tcp
+        if grasp.phase is Phase.SYNC:
+            break
+        assert hand[2, 3] > lost.position_m[2] + 0.5 * GraspConfig().hover_m
+    assert grasp.phase is Phase.SYNC and abs(hand[0, 3] - lost.position_m[0]) < 1e-9
+
+
+def test_descent_goes_on_where_the_fingers_are_beside_the_target_already():
+    grasp, motion, hand, time_s = descent()
+    config, step = GraspConfig(), 0
+    while hand[2, 3] > motion.position_m[2] + 0.5 * config.hover_m:
+        hand = grasp.step(time_s + step * DT, motion, 99, hand, 0.110).T_world_tcp
+        motion, step = motion.after(DT), step + 1
+    grasp.step(time_s + step * DT, shifted(motion, 2.0 * config.abort_error_m), 99, hand, 0.110)
+    assert grasp.phase is Phase.DESCEND
+
+
+@pytest.mark.parametrize("closing_delay_s", [0.0, 0.05, 0.1])
+def test_fingers_are_closed_so_early_that_they_begin_to_move_at_the_depth(closing_delay_s):
+    """[IGPF2021] Eq. (30)."""
+    grasp, motion, hand, time_s = descent(closing_delay_s)
+    config, left_m = GraspConfig(), []
+    while grasp.phase is Phase.DESCEND or len(left_m) < 60:
+        left_m.append(hand[2, 3] - (motion.position_m[2] - config.depth_m))
+        hand = grasp.step(time_s, motion, 99, hand, 0.110).T_world_tcp
+        motion, time_s = motion.after(DT), time_s + DT
+    commanded = round((grasp.entered_s[Phase.CLOSE] - grasp.entered_s[Phase.DESCEND]) / DT) - 1
+    early_m = closing_delay_s * config.descent_mps
+    assert 0.0 <= config.depth_error_m + early_m - left_m[commanded] <= config.descent_mps * DT
+    assert abs(left_m[commanded + round(closing_delay_s / DT)]) < 2.0 * config.depth_error_m
 
 
 def test_bad_configs_are_refused():
