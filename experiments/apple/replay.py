@@ -24,7 +24,8 @@ from experiments.study.rows import JobOutcome
 from experiments.study.study import Result
 from sim.apple.fruit import Fruit, PlacedFruit
 from sim.apple.leaves import leaves_behind
-from sim.apple.world import Orchard, OrchardConfig, look_at
+from sim.apple.world import Orchard, OrchardConfig
+from sim.geometry import look_at
 from tracker.apple.attitude import angles_deg, axis_error_deg, unit
 from tracker.geometry import least_rotation
 

@@ -14,7 +14,8 @@ import numpy as np
 from experiments.seeding import Stream, generator
 from sim.apple.fruit import Fruit, PlacedFruit
 from sim.apple.leaves import leaves_behind, leaves_in_front
-from sim.apple.world import Light, Orchard, OrchardConfig, look_at
+from sim.apple.world import Light, Orchard, OrchardConfig
+from sim.geometry import look_at
 from tracker.checks import require_known
 
 CLASSES = {

@@ -16,6 +16,7 @@ from sim.apple.world import FLANGE_CAMERA_M, HAND_CAMERA
 from sim.arm.arms import UR5
 from sim.arm.servo import Servo, ServoConfig
 from sim.checks import require_at_least
+from sim.geometry import transform
 
 HOME_Q_RAD = (-0.3566, -1.7957, 1.9462, -0.1505, 1.2142, 3.1416)
 """Camera 0.45 m in front of the arm's first axis, level, looking along x."""
@@ -57,9 +58,7 @@ def camera_pose(q_rad: np.ndarray) -> np.ndarray:
     The camera's axes are those of the flange: x right, y down, z forward; it stands off the flange
     along z alone.  Source: [UR5DH] through `sim.arm.arms`.
     """
-    T = np.eye(4)
-    T[:3, 3] = FLANGE_CAMERA_M
-    return UR5.forward(q_rad) @ T
+    return UR5.forward(q_rad) @ transform(np.eye(3), FLANGE_CAMERA_M)
 
 
 class EyeInHand:

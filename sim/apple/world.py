@@ -10,17 +10,19 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import mujoco
 import numpy as np
 
-from sim import ASSETS
+from sim import ASSETS, geometry
 from sim.apple import paint
-from sim.apple.fruit import CALYX_DEPTH_M, CALYX_HALF_THICKNESS_M, PlacedFruit
-from sim.apple.leaves import Leaf, make_blade
+from sim.apple.fruit import PlacedFruit
+from sim.apple.leaves import Leaf
+from sim.apple.tree import DULL, add_branch, add_fruit, add_leaves
 from sim.arm.arms import JOINT_NAMES, UR5
 from sim.checks import require_within
+from sim.geometry import MUJOCO_AXES, MUJOCO_QUAT, quaternion, transform
 from sim.imaging.camera import OffscreenRenderer
+from sim.imaging.spec import UNTOUCHABLE, add_picture, set_up, update_poses
 
 WIDTH_PX, HEIGHT_PX = 640, 480
 FOVY_RAD = math.radians(45.0)
@@ -30,7 +32,6 @@ FLANGE_CAMERA_M = (0.0, 0.0, 0.055)
 FLOOR_Z_M = -0.60
 _STUDIO_M = (0.35, -1.45, 0.75), (0.55, 0.0, 0.25)
 """Where the camera for videos stands, and what it looks at."""
-_QUICK = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 _GEOM = mujoco.mjtGeom
 
 
@@ -75,23 +76,7 @@ class Masks:
 
 def intrinsics() -> np.ndarray:
     """(3, 3) matrix K of both cameras; pixel centres lie at integer coordinates."""
-    focal_px = 0.5 * HEIGHT_PX / math.tan(0.5 * FOVY_RAD)
-    return np.array(
-        [[focal_px, 0, (WIDTH_PX - 1) / 2], [0, focal_px, (HEIGHT_PX - 1) / 2], [0, 0, 1.0]]
-    )
-
-
-def look_at(eye_m: np.ndarray, point_m: np.ndarray) -> np.ndarray:
-    """(4, 4) T_world_camera at an eye that looks at a point, its image upright."""
-    z = np.asarray(point_m, float) - eye_m
-    z /= np.linalg.norm(z)
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    if not np.linalg.norm(x) > 1e-9:
-        raise ValueError(f"a camera that looks straight up or down has no upright image: {eye_m}")
-    x /= np.linalg.norm(x)
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = np.column_stack([x, np.cross(z, x), z]), eye_m
-    return T
+    return geometry.intrinsics(WIDTH_PX, HEIGHT_PX, FOVY_RAD)
 
 
 class Orchard:
@@ -121,23 +106,20 @@ class Orchard:
     def set_arm(self, q_rad: np.ndarray) -> None:
         """Puts the arm into a configuration (6,), at once."""
         self.data.qpos[self._joints] = q_rad
-        self._update()
+        update_poses(self.model, self.data)
 
     def set_free_camera(self, T_world_camera: np.ndarray) -> None:
         """Puts the free camera at a (4, 4) pose with x right, y down, z forward."""
-        R = T_world_camera[:3, :3] * [1.0, -1.0, -1.0]
         index = self.model.body(FREE_CAMERA).mocapid[0]
         self.data.mocap_pos[index] = T_world_camera[:3, 3]
-        mujoco.mju_mat2Quat(self.data.mocap_quat[index], R.ravel())
-        self._update()
+        self.data.mocap_quat[index] = quaternion(T_world_camera[:3, :3] * MUJOCO_AXES)
+        update_poses(self.model, self.data)
 
     def camera_pose(self, camera: str) -> np.ndarray:
         """(4, 4) true T_world_camera of a camera, x right, y down, z forward."""
         index = self.model.camera(camera).id
-        T = np.eye(4)
-        T[:3, :3] = self.data.cam_xmat[index].reshape(3, 3) * [1.0, -1.0, -1.0]
-        T[:3, 3] = self.data.cam_xpos[index]
-        return T
+        R = self.data.cam_xmat[index].reshape(3, 3) * MUJOCO_AXES
+        return transform(R, self.data.cam_xpos[index])
 
     def render(self, camera: str, *, shadows: bool = False) -> np.ndarray:
         """(h, w, 3) uint8 RGB without noise."""
@@ -149,11 +131,6 @@ class Orchard:
         is_geom = kinds == int(mujoco.mjtObj.mjOBJ_GEOM)
         skin, calyx = (is_geom & (indices == self.model.geom(n).id) for n in ("skin0", "calyx0"))
         return Masks(fruit=skin | calyx, calyx=calyx)
-
-    def _update(self) -> None:
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_camlight(self.model, self.data)
 
     def _ready(self) -> OffscreenRenderer:
         if self._renderer is None:
@@ -168,23 +145,21 @@ def _compile(config: OrchardConfig, rng: np.random.Generator) -> mujoco.MjModel:
     _add_ground(spec)
     _add_backdrop(spec, config, rng)
     for index, fruit in enumerate([config.fruit, *config.others]):
-        _add_fruit(spec, index, fruit, rng)
-    _add_branch(spec, config.fruit)
-    _add_leaves(spec, config.leaves, rng)
+        add_fruit(spec, index, fruit, rng)
+    add_branch(spec, config.fruit)
+    add_leaves(spec, config.leaves, rng)
     return spec.compile()
 
 
 def _set_up(spec: Any, config: OrchardConfig) -> None:
     light = config.light
-    spec.stat.extent, spec.stat.center = 2.0, [0.8, 0.0, 0.3]
-    spec.visual.map.znear, spec.visual.map.zfar = 0.02, 10.0
+    set_up(spec, clip_m=(0.02, 10.0), ambient=light.sky, extent_m=2.0)
+    spec.stat.center = [0.8, 0.0, 0.3]
     quality = spec.visual.quality
-    quality.offsamples, quality.numslices, quality.numstacks = 0, 72, 48
+    quality.numslices, quality.numstacks = 72, 48
     # Shadows of the fruit and its leaves only, sharp ones: 0.3 m around them.
     quality.shadowsize, spec.visual.map.shadowclip = 1024, 0.15
     spec.visual.global_.offwidth, spec.visual.global_.offheight = WIDTH_PX, HEIGHT_PX
-    spec.visual.headlight.ambient = [light.sky] * 3
-    spec.visual.headlight.diffuse = spec.visual.headlight.specular = [0.0] * 3
     lamp = spec.worldbody.add_light(name="lamp", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
     lamp.dir = np.array(light.direction) / np.linalg.norm(light.direction)
     lamp.pos = config.fruit.centre_m - np.asarray(lamp.dir)
@@ -194,9 +169,8 @@ def _set_up(spec: Any, config: OrchardConfig) -> None:
 
 def _add_cameras(spec: Any) -> None:
     fovy_deg = math.degrees(FOVY_RAD)
-    upside = [0.0, 1.0, 0.0, 0.0]  # half a turn about x: MuJoCo's cameras look along -z, y up
     wrist = spec.body("wrist_3")
-    wrist.add_camera(name=HAND_CAMERA, pos=FLANGE_CAMERA_M, quat=upside, fovy=fovy_deg)
+    wrist.add_camera(name=HAND_CAMERA, pos=FLANGE_CAMERA_M, quat=MUJOCO_QUAT, fovy=fovy_deg)
     wrist.add_site(name=HAND_CAMERA, pos=FLANGE_CAMERA_M, group=4)
     wrist.add_geom(
         name="camera_housing",
@@ -210,11 +184,8 @@ def _add_cameras(spec: Any) -> None:
     )
     body = spec.worldbody.add_body(name=FREE_CAMERA, mocap=True)
     body.add_camera(name=FREE_CAMERA, fovy=fovy_deg)
-    eye, middle = np.array(_STUDIO_M[0]), np.array(_STUDIO_M[1])
-    T = look_at(eye, middle)
-    quat = np.empty(4)
-    mujoco.mju_mat2Quat(quat, (T[:3, :3] * [1.0, -1.0, -1.0]).ravel())
-    spec.worldbody.add_camera(name=STUDIO, pos=eye, quat=quat, fovy=fovy_deg)
+    quat = quaternion(geometry.look_at(*_STUDIO_M)[:3, :3] * MUJOCO_AXES)
+    spec.worldbody.add_camera(name=STUDIO, pos=_STUDIO_M[0], quat=quat, fovy=fovy_deg)
 
 
 def _add_ground(spec: Any) -> None:
@@ -228,9 +199,7 @@ def _add_ground(spec: Any) -> None:
         height=384,
     )
     floor = dict(pos=[0.0, 0.0, FLOOR_Z_M], size=[8.0, 8.0, 8.0], rgba=[0.46, 0.52, 0.36, 1.0])
-    spec.worldbody.add_geom(
-        name="floor", type=_GEOM.mjGEOM_PLANE, contype=0, conaffinity=0, **floor
-    )
+    spec.worldbody.add_geom(name="floor", type=_GEOM.mjGEOM_PLANE, **UNTOUCHABLE, **floor)
     half_m = 0.5 * (-FLOOR_Z_M)
     spec.worldbody.add_geom(
         name="pedestal",
@@ -238,136 +207,23 @@ def _add_ground(spec: Any) -> None:
         size=[0.085, half_m, 0.0],
         pos=[0.0, 0.0, -half_m],
         rgba=[0.36, 0.38, 0.41, 1.0],
-        contype=0,
-        conaffinity=0,
+        **UNTOUCHABLE,
     )
 
 
 def _add_backdrop(spec: Any, config: OrchardConfig, rng: np.random.Generator) -> None:
     """A picture beyond the tree; emissive, so that the lamp does not change it."""
-    _paint_2d(spec, "backdrop", paint.backdrop(rng), emission=0.2)
+    add_picture(spec, "backdrop", paint.backdrop(rng), *DULL).emission = 0.2
     away = config.fruit.centre_m - np.array(config.backdrop_from_m)
     away = np.array([away[0], away[1], 0.0]) / np.linalg.norm(away[:2])
     right = np.cross(away, [0.0, 0.0, 1.0])
     R = np.column_stack([right, [0.0, 0.0, 1.0], np.cross(right, [0.0, 0.0, 1.0])])
-    quat = np.empty(4)
-    mujoco.mju_mat2Quat(quat, R.ravel())
     spec.worldbody.add_geom(
         name="backdrop",
         type=_GEOM.mjGEOM_PLANE,
         size=[4.0, 3.0, 1.0],
         pos=config.fruit.centre_m + 2.5 * away,
-        quat=quat,
+        quat=quaternion(R),
         material="backdrop",
-        contype=0,
-        conaffinity=0,
+        **UNTOUCHABLE,
     )
-
-
-def _add_fruit(spec: Any, index: int, placed: PlacedFruit, rng: np.random.Generator) -> None:
-    fruit = placed.fruit
-    faces = paint.apple_skin(rng)
-    files = [f"skin{index}_{face}.png" for face in paint.FACES]
-    _keep(spec, dict(zip(files, faces, strict=True)))
-    texture = spec.add_texture(name=f"skin{index}", type=mujoco.mjtTexture.mjTEXTURE_CUBE)
-    texture.cubefiles = files
-    _add_material(spec, f"skin{index}", specular=0.25, shininess=0.35)
-    quat = np.empty(4)
-    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(placed.rotation).ravel())
-    body = spec.worldbody.add_body(name=f"fruit{index}", pos=placed.centre_m, quat=quat)
-    half_m = fruit.half_height_m
-    body.add_geom(
-        name=f"skin{index}",
-        type=_GEOM.mjGEOM_ELLIPSOID,
-        size=[fruit.radius_m, fruit.radius_m, half_m],
-        material=f"skin{index}",
-        contype=1,
-        conaffinity=14,
-    )
-    radius_m = fruit.calyx_radius_m
-    body.add_geom(
-        name=f"calyx{index}",
-        type=_GEOM.mjGEOM_ELLIPSOID,
-        size=[radius_m, radius_m, CALYX_HALF_THICKNESS_M],
-        pos=[0.0, 0.0, -half_m + CALYX_DEPTH_M],
-        rgba=[0.27, 0.18, 0.10, 1.0],
-        contype=0,
-        conaffinity=0,
-    )
-    top_m = half_m + fruit.stem_length_m
-    _add_rod(body, f"stem{index}", (0, 0, half_m - 0.004), (0, 0, top_m), fruit.stem_radius_m)
-
-
-def _add_branch(spec: Any, placed: PlacedFruit) -> None:
-    """From the stem's end up to a twig that crosses above, beyond the fruit."""
-    fruit = placed.fruit
-    end = placed.centre_m + placed.axis * (fruit.half_height_m + fruit.stem_length_m)
-    above = end + np.array([0.05, 0.0, 0.10])
-    _add_rod(spec.worldbody, "twig", end, above, 0.003)
-    along = np.array([0.0, 0.5, 0.03])
-    _add_rod(spec.worldbody, "branch", above - along, above + along, 0.008)
-
-
-def _add_rod(body: Any, name: str, start_m: Any, end_m: Any, radius_m: float) -> None:
-    body.add_geom(
-        name=name,
-        type=_GEOM.mjGEOM_CAPSULE,
-        fromto=[*start_m, *end_m],
-        size=[radius_m, 0.0, 0.0],
-        rgba=[0.36, 0.26, 0.17, 1.0],
-        contype=0,
-        conaffinity=0,
-    )
-
-
-def _add_leaves(spec: Any, leaves: tuple[Leaf, ...], rng: np.random.Generator) -> None:
-    if not leaves:
-        return
-    _paint_2d(spec, "leaf", paint.leaf_picture(rng), emission=0.0)
-    for index, leaf in enumerate(leaves):
-        blade = make_blade(curl=rng.uniform(0.02, 0.14), fold=rng.uniform(0.05, 0.25))
-        size = np.array([leaf.length_m, leaf.width_m, leaf.length_m])
-        spec.add_mesh(
-            name=f"leaf{index}",
-            uservert=(blade.vertices * size).ravel().tolist(),
-            userface=blade.triangles.ravel().tolist(),
-            usertexcoord=blade.texture.ravel().tolist(),
-            userfacetexcoord=blade.triangles.ravel().tolist(),
-            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-        )
-        quat = np.empty(4)
-        mujoco.mju_mat2Quat(quat, np.ascontiguousarray(leaf.rotation).ravel())
-        spec.worldbody.add_geom(
-            name=f"leaf{index}",
-            type=_GEOM.mjGEOM_MESH,
-            meshname=f"leaf{index}",
-            pos=leaf.centre_m,
-            quat=quat,
-            material="leaf",
-            rgba=[leaf.shade, leaf.shade, leaf.shade, 1.0],
-            contype=0,
-            conaffinity=0,
-        )
-
-
-def _paint_2d(spec: Any, name: str, picture: np.ndarray, emission: float) -> None:
-    _keep(spec, {f"{name}.png": picture})
-    spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=f"{name}.png")
-    _add_material(spec, name, specular=0.05, shininess=0.1).emission = emission
-
-
-def _add_material(spec: Any, name: str, specular: float, shininess: float) -> Any:
-    material = spec.add_material(name=name, specular=specular, shininess=shininess)
-    textures = list(material.textures)
-    textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
-    material.textures = textures
-    return material
-
-
-def _keep(spec: Any, pictures: dict[str, np.ndarray]) -> None:
-    """Hands the pictures to the compiler as files in memory."""
-    encoded = {
-        file: cv2.imencode(".png", picture[..., ::-1], _QUICK)[1].tobytes()
-        for file, picture in pictures.items()
-    }
-    spec.assets = dict(spec.assets) | encoded

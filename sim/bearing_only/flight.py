@@ -20,9 +20,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim.checks import require_at_least, require_positive
-
-_BODY_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""Columns: camera axes (right, down, forward) in the body."""
+from sim.geometry import R_BODY_CAMERA
 
 DRAWS = ("landmarks", "odometry", "target-pixel", "landmark-pixels")
 """The noise sources, each with a generator of its own."""
@@ -43,7 +41,7 @@ class FlightCamera:
 
     def see(self, points_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(..., 2) pixels of (..., 3) points in the body's frame, and (...,) which are in view."""
-        c = points_b @ _BODY_CAMERA
+        c = points_b @ R_BODY_CAMERA
         depth = np.maximum(c[..., 2:], 1e-9)
         pixels = c[..., :2] / depth * [self.s_u_px, self.s_v_px] + [self.u0_px, self.v0_px]
         return pixels, self.contains(pixels) & (c[..., 2] > self.nearest_m)

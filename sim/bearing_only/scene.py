@@ -16,6 +16,8 @@ import numpy as np
 
 from sim.bearing_only.pictures import labels, mural
 from sim.checks import require_at_least, require_positive
+from sim.geometry import MUJOCO_QUAT, R_BODY_CAMERA, fovy_deg, quaternion
+from sim.imaging.spec import UNTOUCHABLE, add_material, set_up, update_poses
 
 WIDTH_PX, HEIGHT_PX = 640, 480
 FOCAL_PX = 320.0
@@ -24,10 +26,6 @@ CENTRE_PX = (320.0, 240.0)
 """u_0 and v_0, from the image's upper left edge: the middle of the first pixel is (0.5, 0.5)."""
 CAMERA = "flyer"
 TARGET = "target"
-
-R_BODY_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""Columns: the camera's axes in the body."""
-R_BODY_CAMERA.flags.writeable = False
 
 _TILE_PX, _TILES = 64, 64
 
@@ -93,11 +91,9 @@ class FlightScene:
         """
         camera, target = (self.model.body(name).mocapid[0] for name in (CAMERA, TARGET))
         self.data.mocap_pos[camera] = position_m
-        mujoco.mju_mat2Quat(self.data.mocap_quat[camera], (R_world_body @ R_BODY_CAMERA).ravel())
+        self.data.mocap_quat[camera] = quaternion(R_world_body @ R_BODY_CAMERA)
         self.data.mocap_pos[target] = target_m
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_camlight(self.model, self.data)
+        update_poses(self.model, self.data)
 
 
 def _hang_crates(config: FlightSceneConfig, rng: np.random.Generator) -> np.ndarray:
@@ -120,27 +116,21 @@ def _compile(
     config: FlightSceneConfig, crates_m: np.ndarray, rng: np.random.Generator
 ) -> mujoco.MjModel:
     spec = mujoco.MjSpec()
-    spec.stat.extent = 1.0
-    spec.visual.map.znear, spec.visual.map.zfar = 0.05, 4.0 * max(config.hall_m)
-    spec.visual.quality.offsamples = 0
-    spec.visual.headlight.ambient = [0.62] * 3
-    spec.visual.headlight.diffuse = spec.visual.headlight.specular = [0.0] * 3
+    set_up(spec, clip_m=(0.05, 4.0 * max(config.hall_m)), ambient=0.62)
     lamp = spec.worldbody.add_light(name="lamp", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
     lamp.dir, lamp.castshadow = [0.35, 0.25, -0.9], False
     lamp.diffuse, lamp.ambient, lamp.specular = [0.38] * 3, [0.0] * 3, [0.0] * 3
     camera = spec.worldbody.add_body(name=CAMERA, mocap=True)
-    fovy_deg = 2.0 * math.degrees(math.atan(0.5 * HEIGHT_PX / FOCAL_PX))
-    camera.add_camera(name=CAMERA, quat=[0.0, 1.0, 0.0, 0.0], fovy=fovy_deg)
+    camera.add_camera(name=CAMERA, quat=MUJOCO_QUAT, fovy=fovy_deg(HEIGHT_PX, FOCAL_PX))
     target = spec.worldbody.add_body(name=TARGET, mocap=True)
-    paint = spec.add_material(name=TARGET, rgba=[*config.target_rgb, 1.0], specular=0.0)
-    paint.shininess = 0.0
+    paint = [*config.target_rgb, 1.0]
+    spec.add_material(name=TARGET, rgba=paint, specular=0.0, shininess=0.0)
     target.add_geom(
         name=TARGET,
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
         size=[config.target_radius_m, 0.0, 0.0],
         material=TARGET,
-        contype=0,
-        conaffinity=0,
+        **UNTOUCHABLE,
     )
     _add_walls(spec, config, rng)
     if len(crates_m):
@@ -211,15 +201,11 @@ def _add(spec: mujoco.MjSpec, name: str, faces: _Faces, picture: np.ndarray) -> 
         name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3
     )
     texture.data = picture.tobytes()
-    material = spec.add_material(name=name, specular=0.0, shininess=0.0)
-    textures = list(material.textures)
-    textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
-    material.textures = textures
+    add_material(spec, name)
     spec.worldbody.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=name,
         material=name,
-        contype=0,
-        conaffinity=0,
+        **UNTOUCHABLE,
     )

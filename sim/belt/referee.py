@@ -16,6 +16,7 @@ import numpy as np
 
 from sim.arm.robot import Robot
 from sim.belt.objects import Prop
+from sim.geometry import transform
 
 LIFT_HEIGHT_M = 0.10
 HOLD_S = 1.0
@@ -108,12 +109,12 @@ class Referee:
     def object_pose(self, physics: Any) -> np.ndarray:
         """(4, 4) pose of the object in the world."""
         body = physics.bind(self._body)
-        return _transform(body.xmat, body.xpos)
+        return transform(body.xmat, body.xpos)
 
     def tcp_pose(self, physics: Any) -> np.ndarray:
         """(4, 4) pose of the tool centre point in the world."""
         site = physics.bind(self._site)
-        return _transform(site.xmat, site.xpos)
+        return transform(site.xmat, site.xpos)
 
     def watch(self, physics: Any, is_closing_commanded: bool) -> None:
         """Takes in the state after a control step."""
@@ -183,13 +184,6 @@ class Referee:
             self._p_settled = p_tcp_object
         slip = float(np.linalg.norm(p_tcp_object - self._p_settled))
         record.slip_m = max(record.slip_m or 0.0, slip)
-
-
-def _transform(matrix: np.ndarray, position: np.ndarray) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, :3] = np.reshape(matrix, (3, 3))
-    T[:3, 3] = position
-    return T
 
 
 def _yaw_error(T_object: np.ndarray, T_tcp: np.ndarray) -> float:

@@ -7,10 +7,8 @@ it. The bar and the look-alikes are solid, and are led instead of pushed.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from sim.belt.arena import FLOOR_Z_M, PHYSICS_STEP_S, Cell
@@ -18,6 +16,7 @@ from sim.belt.carriers import Carrier
 from sim.belt.objects import GraspableObject, LookAlike
 from sim.belt.path import Pose
 from sim.belt.scenario import Scenario
+from sim.geometry import quaternion, yaw_quaternion
 from sim.imaging.camera import CameraView
 from sim.imaging.degradations import LOOK_ALIKE_COUNT, WIDEST_BAR_M, Condition
 
@@ -87,22 +86,20 @@ class Scenery:
         (x_low, x_high), (y_low, _) = self._carrier.face_range_m
         hidden = np.array([0.5 * (x_low + x_high), _HIDDEN_SHARE * y_low, self._height_m])
         eye = np.array(self._view.position_m)
-        quaternion = np.empty(4)
-        mujoco.mju_mat2Quat(quaternion, self._view.R_world_camera.ravel())
-        self._put(physics, self._bar, eye + _WAY_TO_TARGET * (hidden - eye), quaternion)
+        upright = quaternion(self._view.R_world_camera)
+        self._put(physics, self._bar, eye + _WAY_TO_TARGET * (hidden - eye), upright)
         physics.model.geom_size[physics.bind(self._bar_geom).element_id, 0] = 0.5 * width_m
 
     def _show_riding(self, physics: Any) -> None:
         for frame, start in zip(self._frames, self._riding, strict=False):
             pose = self._carrier.carried(start, self._way_m)
             z_m = self._height_m if pose.y_m < _CARRIED_Y_M else _HIDDEN_Z_M
-            half = 0.5 * pose.yaw_rad
-            quaternion = math.cos(half), 0.0, 0.0, math.sin(half)
-            self._put(physics, frame, (pose.x_m, pose.y_m, z_m), quaternion)
+            place = pose.x_m, pose.y_m, z_m
+            self._put(physics, frame, place, yaw_quaternion(pose.yaw_rad))
 
     @staticmethod
-    def _put(physics: Any, body: Any, position_m: Any, quaternion: Any) -> None:
+    def _put(physics: Any, body: Any, position_m: Any, quat: Any) -> None:
         # Written past the binding, which would have the whole scene computed anew.
         index = physics.model.body_mocapid[physics.model.name2id(body.full_identifier, "body")]
         physics.data.mocap_pos[index] = position_m
-        physics.data.mocap_quat[index] = quaternion
+        physics.data.mocap_quat[index] = quat

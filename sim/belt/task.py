@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
 from collections import deque
 from typing import Any
 
@@ -23,6 +22,7 @@ from sim.belt.path import Pose
 from sim.belt.referee import Referee
 from sim.belt.scenery import Scenery
 from sim.belt.task_config import Episode, TaskConfig
+from sim.geometry import project, yaw_quaternion
 from sim.imaging.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
 from sim.imaging.degradations import Condition, get_condition
 from sim.imaging.noise import Develop, Image
@@ -219,9 +219,8 @@ class ConveyorGrasp(composer.Task):
 
     def place_object(self, physics: Any, pose: Pose) -> None:
         """Lays the object on the surface, at rest."""
-        quaternion = math.cos(0.5 * pose.yaw_rad), 0.0, 0.0, math.sin(0.5 * pose.yaw_rad)
         position = pose.x_m, pose.y_m, 0.5 * self.prop.spec.size_m[2]
-        self.prop.set_pose(physics, position, quaternion)
+        self.prop.set_pose(physics, position, yaw_quaternion(pose.yaw_rad))
         self.prop.set_velocity(physics, np.zeros(3), np.zeros(3))
 
     def lay_for_teaching(self, physics: Any, pose: Pose) -> None:
@@ -243,8 +242,7 @@ class ConveyorGrasp(composer.Task):
         )
         corners = 0.5 * np.asarray(self.prop.spec.size_m) * _CUBE_CORNERS
         p_camera = corners @ T_camera_object[:3, :3].T + T_camera_object[:3, 3]
-        uvw = p_camera @ self.K.T
-        uv = uvw[:, :2] / uvw[:, 2:]
+        uv = project(self.K @ np.eye(3, 4), p_camera)
         last = self.condition.width_px - 1, self.condition.height_px - 1
         return bool(np.all(uv >= 0.0) and np.all(uv <= last))
 

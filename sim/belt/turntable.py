@@ -11,6 +11,7 @@ from dm_control import composer, mjcf
 from sim import ASSETS, textures
 from sim.belt.conveyor import BELT_CENTRE_X_M
 from sim.belt.path import Pose
+from sim.geometry import yaw_quaternion
 
 CENTRE_M = (BELT_CENTRE_X_M, 0.0)
 """World x and y of the axis; the table carries at z = 0, as the belt does."""
@@ -94,7 +95,6 @@ class Turntable(composer.Entity):
 
     def _show_turn(self, physics: Any) -> None:
         """Turns the picture of the disc, from the next physics step on."""
-        half = 0.5 * self._turn_rad
         disc = physics.bind(self._disc).element_id
         # Written past the binding, which would have the whole scene computed anew.
-        physics.model.body_quat[disc] = math.cos(half), 0.0, 0.0, math.sin(half)
+        physics.model.body_quat[disc] = yaw_quaternion(self._turn_rad)

@@ -24,6 +24,7 @@ import numpy as np
 from OpenGL import GL
 
 from sim.checks import look_up
+from sim.geometry import intrinsics, look_at
 
 
 @dataclass(frozen=True)
@@ -40,30 +41,16 @@ class CameraView:
     @property
     def R_world_camera(self) -> np.ndarray:
         """(3, 3) rotation; camera axes x right, y down, z forward (OpenCV)."""
-        z = np.subtract(self.look_at_m, self.position_m)
-        z = z / np.linalg.norm(z)
-        x = np.cross(z, self.up)
-        x = x / np.linalg.norm(x)
-        return np.column_stack([x, np.cross(z, x), z])
+        return self.T_world_camera[:3, :3]
 
     @property
     def T_world_camera(self) -> np.ndarray:
         """(4, 4) pose of the camera in the world."""
-        T = np.eye(4)
-        T[:3, :3] = self.R_world_camera
-        T[:3, 3] = self.position_m
-        return T
+        return look_at(self.position_m, self.look_at_m, self.up)
 
     def intrinsics(self, width_px: int, height_px: int) -> np.ndarray:
         """(3, 3) matrix K; pixel centres lie at integer coordinates."""
-        focal_px = 0.5 * height_px / math.tan(0.5 * self.fovy_rad)
-        return np.array(
-            [
-                [focal_px, 0.0, 0.5 * (width_px - 1)],
-                [0.0, focal_px, 0.5 * (height_px - 1)],
-                [0.0, 0.0, 1.0],
-            ]
-        )
+        return intrinsics(width_px, height_px, self.fovy_rad)
 
 
 CAMERAS: dict[str, CameraView] = {

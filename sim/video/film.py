@@ -9,10 +9,11 @@ import cv2
 import mujoco
 import numpy as np
 
+from sim.geometry import project
 from sim.imaging.camera import OffscreenRenderer
 from sim.video.clip import HEIGHT_PX, WIDTH_PX, Clip
 from sim.video.stage import CAMERA, TARGET, Stage, flex_id
-from sim.video.truth import Surveyor, TargetTruth, project
+from sim.video.truth import Surveyor, TargetTruth
 
 _SUPERSAMPLING = 2
 """Each pixel is the mean of this many squared."""

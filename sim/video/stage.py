@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-import cv2
 import mujoco
 import numpy as np
 
 from sim.checks import look_up
+from sim.geometry import MUJOCO_QUAT, fovy_deg, intrinsics, quaternion, rotation
+from sim.imaging.spec import UNTOUCHABLE, add_picture, set_up, update_poses
 from sim.video import pictures, surfaces
 from sim.video.clip import (
     FOCAL_PX,
@@ -32,7 +33,6 @@ from sim.video.surfaces import Surface
 TARGET = "target"
 CAMERA = "camera"
 _SCENERY = "scenery"
-_QUICK = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 
 
 class Stage:
@@ -70,11 +70,9 @@ class Stage:
         for actor in self._actors:
             self._place(actor, time)
         pan, tilt = self._shake["pan_rad"](time), self._shake["tilt_rad"](time)
-        self._set_mocap(CAMERA, np.zeros(3), _rotation(0.0, pan, tilt))
+        self._set_mocap(CAMERA, np.zeros(3), rotation(0.0, pan, tilt))
         self._light_up(time)
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_camlight(self.model, self.data)
+        update_poses(self.model, self.data)
         mujoco.mj_flex(self.model, self.data)
 
     def target_vertices_m(self) -> np.ndarray:
@@ -87,22 +85,20 @@ class Stage:
         camera = self.model.camera(CAMERA).id
         R_camera_world = self.data.cam_xmat[camera].reshape(3, 3).T * [[1], [-1], [-1]]
         t = -R_camera_world @ self.data.cam_xpos[camera]
-        focal = 0.5 * HEIGHT_PX / math.tan(0.5 * math.radians(self.model.cam_fovy[camera]))
-        K = np.array([[focal, 0, (WIDTH_PX - 1) / 2], [0, focal, (HEIGHT_PX - 1) / 2], [0, 0, 1]])
+        K = intrinsics(WIDTH_PX, HEIGHT_PX, math.radians(self.model.cam_fovy[camera]))
         return K @ np.column_stack([R_camera_world, t])
 
     def _place(self, actor: _Playing, time: float) -> None:
-        position, rotation = actor.pose(time)
-        self._set_mocap(actor.name, position, rotation)
+        self._set_mocap(actor.name, *actor.pose(time))
         if actor.script.shape == "sheet":
             first = self.model.flex_vertadr[flex_id(self.model, actor.name)]
             vertices = actor.vertices_m(time)
             self.model.flex_vert[first : first + len(vertices)] = vertices
 
-    def _set_mocap(self, body: str, position_m: np.ndarray, rotation: np.ndarray) -> None:
+    def _set_mocap(self, body: str, position_m: np.ndarray, R_world_body: np.ndarray) -> None:
         index = self.model.body(body).mocapid[0]
         self.data.mocap_pos[index] = position_m
-        mujoco.mju_mat2Quat(self.data.mocap_quat[index], rotation.ravel())
+        self.data.mocap_quat[index] = quaternion(R_world_body)
 
     def _light_up(self, time: float) -> None:
         lighting = self.clip.lighting
@@ -137,8 +133,8 @@ class _Playing:
         y = a.start_px[1] + s["y_px"](time) - 0.5 * (HEIGHT_PX - 1)
         front = np.array([x / FOCAL_PX, y / FOCAL_PX, 1.0]) * depth
         behind = 0.5 * a.thickness * a.size_m[0] if a.shape == "carton" else 0.0
-        rotation = _rotation(s["roll_rad"](time), s["yaw_rad"](time), s["pitch_rad"](time))
-        return front + np.array([0.0, 0.0, behind]), rotation
+        R = rotation(s["roll_rad"](time), s["yaw_rad"](time), s["pitch_rad"](time))
+        return front + np.array([0.0, 0.0, behind]), R
 
     def vertices_m(self, time: float) -> np.ndarray:
         """(n, 3) vertices in the local frame."""
@@ -163,28 +159,13 @@ def _draw(
     }
 
 
-def _rotation(roll_rad: float, yaw_rad: float, pitch_rad: float) -> np.ndarray:
-    """(3, 3) rotation: pitch about x, then yaw about y, then roll about z."""
-    cx, cy, cz = (math.cos(angle) for angle in (pitch_rad, yaw_rad, roll_rad))
-    sx, sy, sz = (math.sin(angle) for angle in (pitch_rad, yaw_rad, roll_rad))
-    pitch = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    yaw = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    roll = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return roll @ yaw @ pitch
-
-
 def _compile(clip: Clip, actors: list[_Playing], rng: np.random.Generator | None) -> mujoco.MjModel:
     """The model; `rng` paints the pictures, None leaves them away."""
     spec = mujoco.MjSpec()
-    spec.stat.extent = 1.0
-    spec.visual.map.znear, spec.visual.map.zfar = 0.05, 20.0
-    spec.visual.quality.offsamples = 0
-    spec.visual.headlight.ambient = [clip.lighting.ambient] * 3
-    spec.visual.headlight.diffuse = spec.visual.headlight.specular = [0.0] * 3
+    set_up(spec, clip_m=(0.05, 20.0), ambient=clip.lighting.ambient)
     _add_lights(spec, clip.lighting)
     body = spec.worldbody.add_body(name=CAMERA, mocap=True)
-    fovy_deg = 2.0 * math.degrees(math.atan(0.5 * HEIGHT_PX / FOCAL_PX))
-    body.add_camera(name=CAMERA, quat=[0.0, 1.0, 0.0, 0.0], fovy=fovy_deg)
+    body.add_camera(name=CAMERA, quat=MUJOCO_QUAT, fovy=fovy_deg(HEIGHT_PX, FOCAL_PX))
     wall_m = pictures.WALL_MM[0] / 1e3, pictures.WALL_MM[1] / 1e3
     _add(spec, _SCENERY, surfaces.make_wall(wall_m, 49, 65))
     spec.body(_SCENERY).pos = [0.0, 0.0, WALL_DEPTH_M]
@@ -192,7 +173,8 @@ def _compile(clip: Clip, actors: list[_Playing], rng: np.random.Generator | None
         _add(spec, actor.name, actor.surface)
     if rng is not None:
         for name, picture in _paint(clip, rng).items():
-            _hang(spec, name, picture)
+            add_picture(spec, name, picture)
+            spec.flex(name).material = name
     return spec.compile()
 
 
@@ -232,8 +214,7 @@ def _add(spec: mujoco.MjSpec, name: str, surface: Surface) -> None:
         name=name,
         dim=2,
         radius=1e-5,
-        contype=0,
-        conaffinity=0,
+        **UNTOUCHABLE,
         flatskin=surface.is_closed,
         vertbody=[name] * len(surface.vertices_m),
         vert=surface.vertices_m.ravel().tolist(),
@@ -241,16 +222,3 @@ def _add(spec: mujoco.MjSpec, name: str, surface: Surface) -> None:
         texcoord=surface.texture.ravel().tolist(),
         elemtexcoord=triangles,
     )
-
-
-def _hang(spec: mujoco.MjSpec, name: str, picture: np.ndarray) -> None:
-    """Gives the flex of this name the (h, w, 3) uint8 picture."""
-    file = f"{name}.png"
-    _, data = cv2.imencode(".png", picture[..., ::-1], _QUICK)
-    spec.assets = dict(spec.assets) | {file: data.tobytes()}
-    spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=file)
-    material = spec.add_material(name=name, specular=0.0, shininess=0.0)
-    textures = list(material.textures)
-    textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
-    material.textures = textures
-    spec.flex(name).material = name

@@ -61,12 +61,6 @@ class Surveyor:
         )
 
 
-def project(P: np.ndarray, points_m: np.ndarray) -> np.ndarray:
-    """(n, 2) pixels of world points (n, 3) under a projection matrix (3, 4)."""
-    uvw = points_m @ P[:, :3].T + P[:, 3]
-    return uvw[:, :2] / uvw[:, 2:]
-
-
 def upright_box(pixels: np.ndarray) -> np.ndarray:
     """(4,) x, y, w, h of the tightest box around points (n, 2).
 

@@ -5,7 +5,8 @@ import pytest
 
 from sim.apple.fruit import Fruit, PlacedFruit
 from sim.apple.leaves import leaves_behind, leaves_in_front
-from sim.apple.world import Light, Orchard, OrchardConfig, look_at
+from sim.apple.world import Light, Orchard, OrchardConfig
+from sim.geometry import look_at
 
 CENTRE = np.array([1.0, 0.0, 0.3])
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sim.apple.eye_in_hand import HOME_Q_RAD, EyeInHand, PoseNoise, camera_pose
-from sim.apple.world import HAND_CAMERA, look_at
+from sim.apple.world import HAND_CAMERA
+from sim.geometry import look_at
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.apple.fruit import Fruit, PlacedFruit
-from sim.apple.world import FREE_CAMERA, intrinsics, look_at
+from sim.apple.world import FREE_CAMERA, intrinsics
+from sim.geometry import look_at
 
 
 def area_of(polygon):

@@ -10,10 +10,10 @@ from sim.bearing_only.scene import (
     CENTRE_PX,
     FOCAL_PX,
     HEIGHT_PX,
-    R_BODY_CAMERA,
     WIDTH_PX,
     FlightSceneConfig,
 )
+from sim.geometry import R_BODY_CAMERA
 from tracker.bearing_only.corners import CornerTracker
 from tracker.bearing_only.measurements import PinholeCamera
 

@@ -15,12 +15,12 @@ from sim.bearing_only.scene import (
     CENTRE_PX,
     FOCAL_PX,
     HEIGHT_PX,
-    R_BODY_CAMERA,
     TARGET,
     WIDTH_PX,
     FlightScene,
     FlightSceneConfig,
 )
+from sim.geometry import R_BODY_CAMERA
 from sim.imaging.camera import OffscreenRenderer
 
 PLAIN = FlightSceneConfig(wall_px_per_m=2.0, crate_count=1)
