@@ -52,11 +52,11 @@ def test_take_an_image(benchmark, camera):
 
 
 def test_find_the_target(benchmark, camera, images):
-    shown(benchmark, images, CamShift(ColourModel(camera.portrait())).update)
+    shown(benchmark, images, CamShift(ColourModel(camera.reference_photograph())).update)
 
 
 def test_find_the_target_in_the_whole_image(benchmark, camera, images):
-    model = ColourModel(camera.portrait())
+    model = ColourModel(camera.reference_photograph())
     shown(benchmark, images, lambda image: CamShift(model).update(image))
 
 
@@ -67,4 +67,4 @@ def test_follow_corners(benchmark, images):
 
 def test_look(benchmark, camera, images):
     """Target, corners and the test of the corners by each other."""
-    shown(benchmark, images, ImageSensor(camera.portrait()).look)
+    shown(benchmark, images, ImageSensor(camera.reference_photograph()).look)

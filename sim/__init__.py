@@ -15,7 +15,7 @@ ASSETS = Path(__file__).resolve().parent.parent / "assets"
 
 
 class OffscreenGLError(RuntimeError):
-    """This machine cannot render without a display; the message says what to install."""
+    """Raised where nothing can be rendered without a display; the message says what to install."""
 
 
 def require_offscreen_gl() -> None:

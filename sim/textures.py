@@ -168,7 +168,7 @@ def busy_print(size_px: int = 256) -> np.ndarray:
     colours = (PAPER, RED, AMBER, TEAL, NAVY, INK, KRAFT)
     for place in range(36):  # a tile of a square grid each, so that the print is even
         x, y = 66.6 * (place % 6), 66.6 * (place // 6)
-        first, second = rng.choice(len(colours), 2, replace=False)
+        first, second = (int(k) for k in rng.choice(len(colours), 2, replace=False))
         left, top = rng.uniform(2.0, 14.0, 2)
         width, height = rng.uniform(24.0, 48.0, 2)
         if place % 3 == 0:

@@ -18,7 +18,7 @@ class ImageSenses:
     def __init__(self, flight: Flight, run: FlightRun) -> None:
         self._flight = flight
         self.camera = HallCamera(HallCameraConfig(), rng_of(run, "hall"), rng_of(run, "image"))
-        self._sensor = ImageSensor(self.camera.portrait())
+        self._sensor = ImageSensor(self.camera.reference_photograph())
         self.image = np.zeros((0, 0, 3), np.uint8)
         """The last one."""
         self.glimpse: ImageMeasurement | None = None

@@ -1,7 +1,7 @@
-"""The UR5 that carries the camera: it goes to a view by the project's servo, and says where it is.
+"""The UR5 that carries the camera: it drives to views by the servo, and reports its pose.
 
-What it says comes from its joint angles through the published kinematics, with the error of a real
-hand-eye calibration and of the arm on top; the true pose is the simulator's alone.
+The reported pose comes from the joint angles through the published kinematics, with the error of a
+real hand-eye calibration and of the arm on top; the true pose is the simulator's alone.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ HOME_Q_RAD = (-0.3566, -1.7957, 1.9462, -0.1505, 1.2142, 3.1416)
 
 _HAND = ("camera_housing", "wrist_3_flange", "wrist_2_housing", "wrist_1_housing")
 _SPEED_RADPS = (1.0,) * 6
-"""Careful beside a tree: a third of what the arm can do."""
+"""Joint speeds beside a tree: a third of what the arm can do."""
 _LIMIT_S = 8.0
 _RATE_HZ = round(ServoConfig().rate_hz)
 _PROGRESS = 0.98
@@ -32,7 +32,7 @@ _PROGRESS = 0.98
 
 @dataclass(frozen=True)
 class PoseNoise:
-    """Standard deviations of what the arm says, about each axis, from one view to the next."""
+    """Standard deviations of a reported pose, about each axis, from one view to the next."""
 
     rotation_rad: float = float(np.radians(0.5))
     position_m: float = 0.0
@@ -41,7 +41,7 @@ class PoseNoise:
         require_at_least(self, 0.0, *self.__dataclass_fields__)
 
     def disturbed(self, T: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """(4, 4) the pose with an error, drawn even where it is zero."""
+        """Returns the (4, 4) pose with an error, which is drawn even where it is zero."""
         turn, shift = rng.standard_normal((2, 3))
         wrong = T.copy()
         quaternion, R = np.empty(4), np.empty(9)
@@ -53,7 +53,7 @@ class PoseNoise:
 
 
 def camera_pose(q_rad: np.ndarray) -> np.ndarray:
-    """(4, 4) T_base_camera of the camera in hand, from joint angles (6,) and the DH table.
+    """Returns the (4, 4) pose T_base_camera from joint angles (6,) and the DH table.
 
     The camera's axes are those of the flange: x right, y down, z forward; it stands off the flange
     along z alone.  Source: [UR5DH] through `sim.arm.arms`.
@@ -71,7 +71,7 @@ class EyeInHand:
         self.reset()
 
     def reset(self, q_rad: np.ndarray | tuple[float, ...] = HOME_Q_RAD) -> None:
-        """Stands still in a configuration (6,)."""
+        """Puts the arm at rest in a configuration (6,)."""
         self._servo.reset(np.asarray(q_rad, float))
 
     @property
@@ -80,7 +80,7 @@ class EyeInHand:
         return self._servo.q
 
     def drive(self, T_base_camera: np.ndarray) -> Generator[np.ndarray, None, bool]:
-        """Goes to a camera pose; yields (6,) joint angles, one for each 120th of a second.
+        """Drives to a camera pose; yields (6,) joint angles, one for each 120th of a second.
 
         Returns: whether the pose was reached, within a millimetre and a tenth of a degree.
         """
@@ -100,7 +100,7 @@ class EyeInHand:
     def reach(
         self, T_base_camera: np.ndarray, on_step: Callable[[np.ndarray], None] | None = None
     ) -> bool:
-        """Goes to a camera pose; False, and back where it was, for one out of reach.
+        """Drives to a camera pose; returns False, and goes back, where it is out of reach.
 
         `on_step` is called with the joint angles (6,) of each step.
         """

@@ -18,7 +18,7 @@ CALYX_HALF_THICKNESS_M = 0.0015
 
 @dataclass(frozen=True)
 class Fruit:
-    """An apple without a pose."""
+    """The shape of an apple."""
 
     radius_m: float = 0.040
     """Equatorial radius."""
@@ -34,17 +34,17 @@ class Fruit:
 
     @property
     def half_height_m(self) -> float:
-        """From the centre to either pole."""
+        """Distance from the centre to either pole."""
         return self.aspect * self.radius_m
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedFruit:
-    """An apple in the world."""
+    """An apple with its pose in the world."""
 
     fruit: Fruit
     centre_m: np.ndarray
-    """(3,) in the world."""
+    """(3,) centre of the spheroid in the world."""
     axis: np.ndarray
     """(3,) unit vector in the world, from the calyx to the stem."""
 
@@ -72,8 +72,8 @@ class PlacedFruit:
     def outline_px(self, K: np.ndarray, T_world_camera: np.ndarray, count: int) -> np.ndarray:
         """(count, 2) pixels of the outline, evenly spaced in the angle about its middle.
 
-        A ray from the eye touches the spheroid `x' A x = 1` where its discriminant vanishes: with
-        e the eye in the fruit's frame, `v' (A e e' A - (e' A e - 1) A) v = 0`, a conic in v.
+        A ray from the camera touches the spheroid `x' A x = 1` where its discriminant vanishes:
+        with e the camera in the fruit's frame, `v' (A e e' A - (e' A e - 1) A) v = 0`, a conic.
 
         Args:
             K: (3, 3) intrinsics.
@@ -92,13 +92,9 @@ class PlacedFruit:
         """(3, 3) symmetric C with `p' C p = 0` for the homogeneous pixels p of the outline."""
         k, axis = self.fruit.aspect, self.axis
         A = (np.eye(3) + (1.0 / k**2 - 1.0) * np.outer(axis, axis)) / self.fruit.radius_m**2
-        eye = T_world_camera[:3, 3] - self.centre_m
-        Ae = A @ eye
-        cone = np.outer(Ae, Ae) - (eye @ Ae - 1.0) * A
+        e = T_world_camera[:3, 3] - self.centre_m
+        Ae = A @ e
+        cone = np.outer(Ae, Ae) - (e @ Ae - 1.0) * A
         to_ray = T_world_camera[:3, :3] @ np.linalg.inv(K)
         conic = to_ray.T @ cone @ to_ray
         return conic / np.trace(conic[:2, :2])
-
-    def sees_calyx(self, eye_m: np.ndarray) -> bool:
-        """Whether the pole faces the eye."""
-        return float((eye_m - self.calyx_m) @ -self.axis) > 0.0

@@ -1,4 +1,4 @@
-"""What grasps: an arm, a gripper, where they stand beside the belt, and how they go about it."""
+"""The robots: an arm, a gripper, where they stand beside the belt, and how they grasp."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ class Grasp:
     base_x_m: float = 0.0
     """World x of the arm's first axis."""
     phase: Phase = Phase.SEARCH
-    entered_s: dict[Phase, float] = field(default_factory=dict)
+    entered_s: dict[Phase, float] = field(default_factory=dict[Phase, float])
     """When each phase began."""
     _closing_yaw: float | None = None
     _pose_count: int = 0
@@ -140,7 +140,7 @@ class Grasp:
 
     @property
     def has_gripped(self) -> bool:
-        """From the first resistance of the fingers on: what the camera shows follows the hand."""
+        """Whether the fingers have met resistance: what the camera shows follows the hand."""
         return self._gripped is not None or self.phase in _CARRYING
 
     def step(
@@ -242,7 +242,7 @@ class Grasp:
         """Notes when the fingers stand still, which ends the closing, as does its time limit.
 
         From the first resistance on the target is taken to move on as it did: what perception
-        says of an object in the hand follows the hand.
+        reports of an object in the hand follows the hand.
         """
         c = self.config
         if abs(width_m - self._rest_width) > c.still_m:

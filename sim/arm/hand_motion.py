@@ -19,8 +19,10 @@ def top_down_pose(position_m: np.ndarray, closing_yaw_rad: float) -> np.ndarray:
     return T
 
 
-def run_up(y_m: float, speed_mps: float, wait_y_m: float, acceleration_mps2: float) -> tuple:
-    """Position, velocity along the belt with which a waiting hand joins a target at `y_m`.
+def run_up(
+    y_m: float, speed_mps: float, wait_y_m: float, acceleration_mps2: float
+) -> tuple[float, float]:
+    """Returns place [m] and speed [m/s] along the belt of a hand that joins a target at `y_m`.
 
     The hand starts at rest at `wait_y_m` when the target is `v²/(2a)` before it, accelerates at
     `a`, and meets the target at equal position and speed `v²/(2a)` after it. A target that comes

@@ -36,77 +36,39 @@ class Robot(composer.Entity):
             _weld_fingers_open(self._gripper, self._stroke_m)
         self._mjcf_root.find("site", "tool_mount").attach(self._gripper)
 
-        self._arm_joints = tuple(self._mjcf_root.find("joint", name) for name in JOINT_NAMES)
-        self._arm_actuators = tuple(self._mjcf_root.find("actuator", name) for name in JOINT_NAMES)
-        self._finger_joints = tuple(
-            joint
-            for side in ("right_finger", "left_finger")
-            if (joint := self._gripper.find("joint", side)) is not None
-        )
-        self._springs = tuple(
-            joint
-            for side in ("right_bend", "left_bend")
-            if (joint := self._gripper.find("joint", side)) is not None
-        )
-        self._gripper_actuator = self._gripper.find("actuator", "grip")
+        def of_arm(kind: str) -> tuple[Any, ...]:
+            return tuple(self._mjcf_root.find(kind, name) for name in JOINT_NAMES)
+
+        def of_fingers(name: str) -> tuple[Any, ...]:
+            joints = (self._gripper.find("joint", f"{side}_{name}") for side in ("right", "left"))
+            return tuple(joint for joint in joints if joint is not None)
+
+        self.arm_joints = of_arm("joint")
+        """The six joint elements, in the order of JOINT_NAMES."""
+        self.arm_actuators = of_arm("actuator")
+        """The six position servos, in the order of JOINT_NAMES."""
+        self.finger_joints = of_fingers("finger")
+        """Right and left slide, 0 m closed to half the stroke open; empty with fixed fingers."""
+        self.finger_springs = of_fingers("bend")
+        """Right and left hinge [rad] of fingers that give way; empty for stiff ones."""
+        self.gripper_actuator: Any | None = self._gripper.find("actuator", "grip")
+        """The force-limited servo of the opening; None with fixed fingers."""
+        self.tcp_site: Any = self._gripper.find("site", "tcp")
+        """Midpoint of the pads' centres: z out of the hand, x the closing axis."""
+        self.flange_site: Any = self._mjcf_root.find("site", "flange")
+        """Tool flange of the arm, the end of the DH chain."""
+        self.pad_geoms = tuple(self._gripper.find("geom", f"{s}_pad") for s in ("right", "left"))
+        """Right and left pad."""
         solid = [g for g in self._mjcf_root.find_all("geom") if not _is_visual(g)]
-        self._hand_geoms = tuple(g for g in solid if g.root is self._gripper)
-        self._arm_geoms = tuple(g for g in solid if g.root is self._mjcf_root)
+        self.hand_geoms = tuple(g for g in solid if g.root is self._gripper)
+        """Every colliding geom of the gripper, the pads among them."""
+        self.arm_geoms = tuple(g for g in solid if g.root is self._mjcf_root)
+        """Every colliding geom of the arm."""
 
     @property
     def mjcf_model(self) -> Any:
         """PyMJCF model of the arm with the gripper attached."""
         return self._mjcf_root
-
-    @property
-    def arm_joints(self) -> tuple[Any, ...]:
-        """The six joint elements, in the order of JOINT_NAMES."""
-        return self._arm_joints
-
-    @property
-    def arm_actuators(self) -> tuple[Any, ...]:
-        """The six position servos, in the order of JOINT_NAMES."""
-        return self._arm_actuators
-
-    @property
-    def finger_joints(self) -> tuple[Any, ...]:
-        """Right and left slide, 0 m closed to half the stroke open; empty with fixed fingers."""
-        return self._finger_joints
-
-    @property
-    def finger_springs(self) -> tuple[Any, ...]:
-        """Right and left hinge [rad] of fingers that give way; empty for stiff ones."""
-        return self._springs
-
-    @property
-    def gripper_actuator(self) -> Any | None:
-        """The force-limited servo of the opening; None with fixed fingers."""
-        return self._gripper_actuator
-
-    @property
-    def tcp_site(self) -> Any:
-        """Midpoint of the pads' centres: z out of the hand, x the closing axis."""
-        return self._gripper.find("site", "tcp")
-
-    @property
-    def flange_site(self) -> Any:
-        """Tool flange of the arm, the end of the DH chain."""
-        return self._mjcf_root.find("site", "flange")
-
-    @property
-    def pad_geoms(self) -> tuple[Any, ...]:
-        """Right and left pad."""
-        return tuple(self._gripper.find("geom", name) for name in ("right_pad", "left_pad"))
-
-    @property
-    def hand_geoms(self) -> tuple[Any, ...]:
-        """Every colliding geom of the gripper, the pads among them."""
-        return self._hand_geoms
-
-    @property
-    def arm_geoms(self) -> tuple[Any, ...]:
-        """Every colliding geom of the arm."""
-        return self._arm_geoms
 
     def command_arm(self, physics: Any, q_rad: np.ndarray, qd_radps: np.ndarray) -> None:
         """Sets the joint servos to follow a moving configuration without velocity lag.
@@ -120,13 +82,13 @@ class Robot(composer.Entity):
             q_rad: (6,) wanted joint angles.
             qd_radps: (6,) wanted joint speeds.
         """
-        servos = physics.bind(self._arm_actuators)
+        servos = physics.bind(self.arm_actuators)
         lead_s = servos.biasprm[:, 2] / servos.biasprm[:, 1]
         self._set_control(physics, servos, np.asarray(q_rad) + lead_s * np.asarray(qd_radps))
 
     def command_width(self, physics: Any, width_m: float) -> None:
         """Sets the opening the gripper moves to; a set-point inside an object squeezes it."""
-        servo = physics.bind(self._gripper_actuator)
+        servo = physics.bind(self.gripper_actuator)
         self._set_control(physics, servo, 0.5 * np.clip(width_m, 0.0, self._stroke_m))
 
     @staticmethod
@@ -138,15 +100,15 @@ class Robot(composer.Entity):
 
     def q(self, physics: Any) -> np.ndarray:
         """(6,) joint angles [rad]."""
-        return np.array(physics.bind(self._arm_joints).qpos)
+        return np.array(physics.bind(self.arm_joints).qpos)
 
     def qd(self, physics: Any) -> np.ndarray:
         """(6,) joint speeds [rad/s]."""
-        return np.array(physics.bind(self._arm_joints).qvel)
+        return np.array(physics.bind(self.arm_joints).qvel)
 
     def width_m(self, physics: Any) -> float:
         """Opening as the drive has it; fingers that give way bend out of it."""
-        return float(np.sum(physics.bind(self._finger_joints).qpos))
+        return float(np.sum(physics.bind(self.finger_joints).qpos))
 
     def go_home(self, physics: Any) -> None:
         """Puts the arm at its waiting pose with the hand open; as `set_configuration` does."""
@@ -157,14 +119,14 @@ class Robot(composer.Entity):
 
         Call inside `physics.reset_context()`, which brings all that depends on them up to date.
         """
-        arm = physics.bind(self._arm_joints)
+        arm = physics.bind(self.arm_joints)
         q = np.asarray(q_rad, float)
         arm.qpos, arm.qvel = q, 0.0
         self.command_arm(physics, q, np.zeros(6))
-        fingers = physics.bind(self._finger_joints)
+        fingers = physics.bind(self.finger_joints)
         fingers.qpos, fingers.qvel = 0.5 * width_m, 0.0
-        if self._springs:
-            springs = physics.bind(self._springs)
+        if self.finger_springs:
+            springs = physics.bind(self.finger_springs)
             springs.qpos, springs.qvel = springs.qpos_spring, 0.0
         self.command_width(physics, width_m)
 

@@ -24,12 +24,12 @@ class TargetMotion(Protocol):
 
     @property
     def velocity_mps(self) -> np.ndarray:
-        """(3,) in the world."""
+        """(3,) velocity in the world."""
         ...
 
     @property
     def yaw_rate_radps(self) -> float:
-        """About world z."""
+        """Rate of turn about world z."""
         ...
 
 
@@ -49,7 +49,7 @@ class UniformMotion:
         return cls(np.array(target.position_m), target.yaw_rad, velocity)
 
     def after(self, dt_s: float) -> UniformMotion:
-        """The same motion, `dt_s` later."""
+        """Returns the same motion, `dt_s` later."""
         return replace(self, position_m=self.position_m + dt_s * self.velocity_mps)
 
 

@@ -2,7 +2,7 @@
 
 The world of [Wu2022] section 6: nothing is rendered; landmarks and target are points, and what the
 camera gives are their pixels with noise. The vehicle obeys increments of position and rotation
-with noise, and its odometry is what it was told. Frames: world; body x forward, y left, z up.
+with noise, and its odometry is what was commanded. Frames: world; body x forward, y left, z up.
 
 All noise is drawn beforehand and by address, so that two controllers meet the same landmarks and
 the same noise at the same iteration, wherever they fly. With a leading axis of the draws several
@@ -40,14 +40,14 @@ class FlightCamera:
     """Landmarks that are less deep in view are not found."""
 
     def see(self, points_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(..., 2) pixels of (..., 3) points in the body's frame, and (...,) which are in view."""
+        """Returns (..., 2) pixels of (..., 3) points in the body's frame, and which are in view."""
         c = points_b @ R_BODY_CAMERA
         depth = np.maximum(c[..., 2:], 1e-9)
         pixels = c[..., :2] / depth * [self.s_u_px, self.s_v_px] + [self.u0_px, self.v0_px]
         return pixels, self.contains(pixels) & (c[..., 2] > self.nearest_m)
 
     def contains(self, pixels: np.ndarray) -> np.ndarray:
-        """Which of (..., 2) pixels are in the image."""
+        """Returns which of (..., 2) pixels are in the image."""
         inside = (pixels >= 0.0) & (pixels < [self.width_px, self.height_px])
         return np.all(inside, axis=-1)
 
@@ -59,7 +59,7 @@ class TargetPath:
     kind: Literal["line", "circle"] = "circle"
     start_m: tuple[float, float, float] = (0.0, 15.0, 1.0)
     velocity_mps: tuple[float, float, float] = (-2.0, 0.0, 0.0)
-    """At the start."""
+    """Velocity at the start."""
     circle_length_m: float = 50.0
     """[Wu2022] section 6.2.2: start and end meet after 500 steps of 0.05 s at 2 m/s."""
     turns_left: bool = True
@@ -72,7 +72,7 @@ class TargetPath:
         require_positive(self, "circle_length_m")
 
     def at(self, time_s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Position [m] and velocity [m/s], (3,) each."""
+        """Returns position [m] and velocity [m/s], (3,) each."""
         start, velocity = np.array(self.start_m), np.array(self.velocity_mps)
         if self.kind == "line":
             return start + time_s * velocity, velocity
@@ -88,11 +88,11 @@ class TargetPath:
 
 @dataclass(frozen=True)
 class FlightConfig:
-    """What determines a world, but for the draws."""
+    """Everything that determines a world except the draws."""
 
     target: TargetPath = TargetPath()
     start_m: tuple[float, float, float] = (10.0, 15.0, 1.0)
-    """Of the vehicle; [Wu2022] section 6.2.2."""
+    """Where the vehicle starts; [Wu2022] section 6.2.2."""
     yaw_rad: float = math.pi
     iteration_count: int = 500
     dt_s: float = 0.05
@@ -119,13 +119,13 @@ class FlightDraws:
     """All that is random in a flight; standard normal but for the landmarks."""
 
     landmarks_m: np.ndarray
-    """(..., n, 3)."""
+    """(..., n, 3) positions in the world."""
     odometry: np.ndarray
-    """(..., k, 6): displacement, then rotation."""
+    """(..., k, 6) noise of displacement, then of rotation."""
     target_pixel: np.ndarray
-    """(..., k, 2)."""
+    """(..., k, 2) noise of the target's pixel."""
     landmark_pixels: np.ndarray
-    """(..., k, n, 2)."""
+    """(..., k, n, 2) noise of the landmarks' pixels."""
 
     @classmethod
     def of(cls, config: FlightConfig, rngs: Mapping[str, np.random.Generator]) -> FlightDraws:
@@ -148,16 +148,16 @@ class FlightDraws:
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """What the camera gives at one instant."""
+    """The camera's measurements at one instant."""
 
     landmark_ids: np.ndarray
-    """(n,): of those in view."""
+    """(n,) numbers of the landmarks in view."""
     landmark_px: np.ndarray
-    """(n, 2)."""
+    """(n, 2) their pixels."""
     target_px: np.ndarray
-    """(..., 2)."""
+    """(..., 2) pixel of the target."""
     is_target_seen: np.ndarray
-    """(...,): where `target_px` is in view; elsewhere it means nothing."""
+    """(...,) whether `target_px` is in view; elsewhere it means nothing."""
 
 
 class Flight:
@@ -173,21 +173,21 @@ class Flight:
 
     @property
     def landmarks_m(self) -> np.ndarray:
-        """(..., n, 3) in the world."""
+        """(..., n, 3) positions of the landmarks in the world."""
         return self._draws.landmarks_m
 
     @property
     def target_m(self) -> np.ndarray:
-        """(3,): where the target is now."""
+        """(3,) position of the target now."""
         return self.config.target.at(self.iteration * self.config.dt_s)[0]
 
     @property
     def target_velocity_mps(self) -> np.ndarray:
-        """(3,)."""
+        """(3,) velocity of the target now."""
         return self.config.target.at(self.iteration * self.config.dt_s)[1]
 
     def look(self) -> Sight:
-        """The camera's pixels now: landmarks for one flight, the target for all."""
+        """Returns the camera's pixels now: landmarks for one flight, the target for all."""
         k, noise_px = self.iteration, self.config.pixel_std_px
         target, is_seen = self._pixels(self.target_m, self._draws.target_pixel[..., k, :])
         if self.position_m.ndim > 1:

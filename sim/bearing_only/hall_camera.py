@@ -19,8 +19,8 @@ from sim.imaging.camera import OffscreenRenderer
 from sim.imaging.degradations import Condition
 from sim.imaging.noise import SensorNoise
 
-_PORTRAIT_PX = 40
-"""Radius of the target in the photograph that teaches its colour."""
+_REFERENCE_PX = 40
+"""Radius of the target in its reference photograph."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class HallCameraConfig:
 
     scene: FlightSceneConfig = field(default_factory=FlightSceneConfig)
     noise_std: float = 2.0
-    """Of each pixel and colour, in grey levels of 255."""
+    """Standard deviation of each pixel and colour, in grey levels of 255."""
 
     def __post_init__(self) -> None:
         require_at_least(self, 0.0, "noise_std")
@@ -65,12 +65,12 @@ class HallCamera:
         window = slice(0, HEIGHT_PX), slice(0, WIDTH_PX)
         return self._noise.draw().on(lambda _: (rgb, np.empty(0)), window)[0]
 
-    def portrait(self) -> np.ndarray:
+    def reference_photograph(self) -> np.ndarray:
         """(h, w, 3) uint8 RGB of the target alone, as a user would photograph it beforehand."""
         radius = self.config.scene.target_radius_m
-        ahead = np.array([radius * FOCAL_PX / _PORTRAIT_PX, 0.0, 0.0])
+        ahead = np.array([radius * FOCAL_PX / _REFERENCE_PX, 0.0, 0.0])
         image = self.photograph(np.zeros(3), np.eye(3), ahead)
-        half = _PORTRAIT_PX // 2
+        half = _REFERENCE_PX // 2
         rows, columns = HEIGHT_PX // 2, WIDTH_PX // 2
         return image[rows - half : rows + half, columns - half : columns + half]
 

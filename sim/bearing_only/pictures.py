@@ -1,6 +1,6 @@
 """Pictures for the hall that a camera flies through: full of corners, and free of the target's hue.
 
-Nothing is as saturated as the target, and nothing has its hue, so that its colour tells it apart.
+Nothing is as saturated as the target, and nothing has its hue: its colour alone identifies it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LEVELS = np.array(_PAINTS, float).sum(axis=1) / 3.0
 _SHIFT = 4
 """Corners are given in sixteenths of a pixel."""
 _LEAST_CONTRAST = 60.0
-"""Between a shape and what it stands on, in grey levels."""
+"""Least difference between a shape and what it stands on, in grey levels."""
 
 
 def mural(size_px: tuple[int, int], pitch_px: float, rng: np.random.Generator) -> np.ndarray:

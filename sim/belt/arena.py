@@ -17,9 +17,6 @@ from sim.world_config import PHYSICS_HZ
 PHYSICS_STEP_S = 1.0 / PHYSICS_HZ
 FLOOR_Z_M = -0.75
 
-ZNEAR_M = 0.04
-ZFAR_M = 20.0
-
 
 class Cell(composer.Arena):
     """Work cell with a place for the robot and one for what carries the object."""
@@ -29,12 +26,8 @@ class Cell(composer.Arena):
         self._raise_pedestal(embodiment)
         textures.apply(self._mjcf_root, "concrete", textures.concrete())
         textures.apply(self._mjcf_root, "busy", textures.busy_print())
-        self._lights = tuple(self._mjcf_root.find("light", name) for name in ("key", "fill"))
-
-    @property
-    def lights(self) -> tuple[Any, ...]:
+        self.lights = tuple(self._mjcf_root.find("light", name) for name in ("key", "fill"))
         """The light elements `key`, which can cast shadows, and `fill`, which does not."""
-        return self._lights
 
     def attach_robot(self, robot: Robot) -> Any:
         """Stands the robot on its pedestal; returns the attachment frame."""
@@ -67,7 +60,7 @@ class Cell(composer.Arena):
         if not (math.isfinite(scale) and scale >= 0.0):
             raise ValueError(f"scale must be finite and >= 0, got {scale!r}")
         model = physics.model
-        for light in self._lights:
+        for light in self.lights:
             # Written past the binding, which would have the whole scene computed anew.
             index = physics.bind(light).element_id
             model.light_diffuse[index] = scale * np.asarray(light.diffuse)

@@ -24,11 +24,11 @@ class Carrier(Protocol):
         ...
 
     def carried(self, pose: Pose, way_m: float) -> Pose:
-        """Where what rides at a pose has come to when the surface has moved on."""
+        """Returns the later pose of what rides at `pose`, the surface moved on by `way_m`."""
         ...
 
     def velocity_at(self, pose: Pose, speed_mps: float) -> tuple[float, float, float]:
-        """World x, y velocity [m/s] and yaw rate [rad/s] of what rides there."""
+        """Returns world x, y velocity [m/s] and yaw rate [rad/s] of what rides there."""
         ...
 
     def set_speed(self, physics: Any, speed_mps: float) -> None:

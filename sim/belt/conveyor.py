@@ -15,8 +15,6 @@ BELT_CENTRE_X_M = 0.50
 """World x of the centreline; the belt runs along +y and carries at z = 0."""
 
 BELT_WIDTH_M = 0.40
-BELT_Y_MIN_M = -1.30
-BELT_Y_MAX_M = 1.30
 
 _PATTERN_PERIOD_M = 0.1
 _BUSY_PERIOD_M = 0.4
@@ -27,38 +25,26 @@ class Conveyor(composer.Entity):
 
     def _build(self) -> None:
         self._mjcf_root = mjcf.from_path(str(ASSETS / "conveyor.xml"))
-        self._belt = self._mjcf_root.find("geom", "belt")
+        self.belt_geom: Any = self._mjcf_root.find("geom", "belt")
+        """The carrying geom."""
+        self.rail_geoms = self._both("rail")
+        """Near (robot side) and far rail."""
+        self.solid_geoms = (self.belt_geom, *self.rail_geoms)
+        """Belt and rails."""
         self._band = self._mjcf_root.find("geom", "band")
         textures.apply(self._mjcf_root, "rubber", textures.belt_surface())
         self._busy_band = self._mjcf_root.find("geom", "busy_band")
-        self._busy_rails = tuple(
-            self._mjcf_root.find("geom", f"busy_rail_{side}") for side in ("near", "far")
-        )
+        self._busy_rails = self._both("busy_rail")
         textures.apply(self._mjcf_root, "busy", textures.busy_print())
         self._travel_m, self._shown_at_s = 0.0, 0.0
-        self._rails = tuple(
-            self._mjcf_root.find("geom", f"rail_{side}") for side in ("near", "far")
-        )
+
+    def _both(self, name: str) -> tuple[Any, ...]:
+        return tuple(self._mjcf_root.find("geom", f"{name}_{side}") for side in ("near", "far"))
 
     @property
     def mjcf_model(self) -> Any:
         """PyMJCF model of the conveyor."""
         return self._mjcf_root
-
-    @property
-    def belt_geom(self) -> Any:
-        """The carrying geom."""
-        return self._belt
-
-    @property
-    def rail_geoms(self) -> tuple[Any, ...]:
-        """Near (robot side) and far rail."""
-        return self._rails
-
-    @property
-    def solid_geoms(self) -> tuple[Any, ...]:
-        """Belt and rails."""
-        return (self._belt, *self._rails)
 
     @property
     def face_range_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -67,17 +53,17 @@ class Conveyor(composer.Entity):
         return (BELT_CENTRE_X_M - half_m, BELT_CENTRE_X_M + half_m), (-0.85, 0.85)
 
     def carried(self, pose: Pose, way_m: float) -> Pose:
-        """Where what rides at a pose has come to when the surface has moved on."""
+        """Returns the later pose of what rides at `pose`, the surface moved on by `way_m`."""
         return replace(pose, y_m=pose.y_m + way_m)
 
     def velocity_at(self, pose: Pose, speed_mps: float) -> tuple[float, float, float]:
-        """World x, y velocity [m/s] and yaw rate [rad/s] of what rides there."""
+        """Returns world x, y velocity [m/s] and yaw rate [rad/s] of what rides there."""
         del pose
         return 0.0, speed_mps, 0.0
 
     def speed_mps(self, physics: Any) -> float:
         """Speed of the surface."""
-        return float(physics.model.geom_surfacevel[physics.bind(self._belt).element_id, 1])
+        return float(physics.model.geom_surfacevel[physics.bind(self.belt_geom).element_id, 1])
 
     def set_clutter(self, physics: Any, opacity: float) -> None:
         """Shows a busy print on belt and rails, 0 for none and 1 for all of it."""
@@ -86,7 +72,7 @@ class Conveyor(composer.Entity):
 
     def set_speed(self, physics: Any, speed_mps: float) -> None:
         """Sets the surface velocity of the belt along +y from the next physics step on."""
-        physics.model.geom_surfacevel[physics.bind(self._belt).element_id, 1] = speed_mps
+        physics.model.geom_surfacevel[physics.bind(self.belt_geom).element_id, 1] = speed_mps
 
     def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Composer's hook: the drawn belt starts at its mark."""

@@ -23,7 +23,7 @@ class ConveyorGraspEnv(gymnasium.Env):
     """`sim.belt.environment.load` behind Gymnasium's interface: same actions, images and reward.
 
     An episode terminates when the object is held, fallen or gone, and is truncated after 30 s of
-    simulated time. `info["is_success"]` is what the referee says.
+    simulated time. `info["is_success"]` is the referee's verdict.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": CONTROL_HZ}  # noqa: RUF012
@@ -38,9 +38,11 @@ class ConveyorGraspEnv(gymnasium.Env):
         self.render_mode = render_mode
         self._environment = load(config, random_state=0)
         self.action_space = _space(self._environment.action_spec())
-        self.observation_space = spaces.Dict(
-            {name: _space(spec) for name, spec in self._environment.observation_spec().items()}
-        )
+        specifications: dict[str, Any] = self._environment.observation_spec()
+        self._spaces: dict[str, spaces.Space[Any]] = {
+            name: _space(spec) for name, spec in sorted(specifications.items())
+        }
+        self.observation_space = spaces.Dict(self._spaces)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -79,8 +81,7 @@ class ConveyorGraspEnv(gymnasium.Env):
     def _observed(self, observation: dict[str, Any]) -> dict[str, np.ndarray]:
         """Copies, of the type that the space states: steps share an image."""
         return {
-            name: np.array(observation[name], space.dtype)
-            for name, space in self.observation_space.items()
+            name: np.array(observation[name], space.dtype) for name, space in self._spaces.items()
         }
 
     def _info(self) -> dict[str, Any]:

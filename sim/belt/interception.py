@@ -1,4 +1,4 @@
-"""How fast a belt can run for this arm to take an object off it, whatever tells it where that is.
+"""How fast a belt can run for this arm to take an object off it, however well that is tracked.
 
 While the fingers close, the hand has to keep with the object: straight along the belt, without
 turning, at the belt's speed. Reach and joint speeds bound on which stretch of the belt it can do
@@ -39,7 +39,7 @@ class FollowingSpeed:
 
     def fastest_belt_mps(self, follow_s: float) -> float:
         """Speed of the fastest belt on which the hand can follow without a break for `follow_s`."""
-        y_m = np.linspace(self.y_m[0], self.y_m[-1], 20 * len(self.y_m))
+        y_m = np.linspace(float(self.y_m[0]), float(self.y_m[-1]), 20 * len(self.y_m))
         limit = np.interp(y_m, self.y_m, self.speed_mps)
         low, high = 0.0, float(limit.max())
         while high - low > 1e-4:

@@ -89,7 +89,7 @@ def get_object(name: str) -> GraspableObject:
     return look_up("object", name, OBJECTS)
 
 
-_EYE_M = 0.01
+_RAY_START_M = 0.01
 _FACE_FLATNESS_M = 0.002
 """What lies deeper than this below the top belongs to a rim or a shoulder."""
 
@@ -98,7 +98,8 @@ class Prop(composer.Entity):
     """One graspable object; its frame is the centre of the object's bounding box."""
 
     def _build(self, spec: GraspableObject) -> None:
-        self._spec = spec
+        self.spec = spec
+        """The registry's entry that this prop was made from."""
         self._mjcf_root = mjcf.from_path(str(ASSETS / spec.xml))
         if spec.artwork is not None:
             textures.apply(self._mjcf_root, "artwork", spec.artwork())
@@ -107,11 +108,6 @@ class Prop(composer.Entity):
     def mjcf_model(self) -> Any:
         """PyMJCF model of the object, without its free joint."""
         return self._mjcf_root
-
-    @property
-    def spec(self) -> GraspableObject:
-        """The registry entry that this prop was made from."""
-        return self._spec
 
     @property
     def body(self) -> Any:
@@ -130,7 +126,7 @@ class Prop(composer.Entity):
         rectangle filling the array. Nothing may stand above the object, and it must lie level.
         """
         body = physics.bind(self.body)
-        half = 0.5 * np.asarray(self._spec.size_m)
+        half = 0.5 * np.asarray(self.spec.size_m)
         rows, columns = shape
         along = ((np.arange(columns) + 0.5) / columns - 0.5) * 2.0 * half[0]
         across = (0.5 - (np.arange(rows) + 0.5) / rows) * 2.0 * half[1]
@@ -140,9 +136,9 @@ class Prop(composer.Entity):
         drop = np.empty(shape)
         for row, y in enumerate(across):
             for column, x in enumerate(along):
-                eye = centre + R @ [x, y, half[2] + _EYE_M]
-                drop[row, column] = mujoco.mj_ray(model, data, eye, down, None, 1, -1, geom)
-        return np.abs(drop - _EYE_M) < _FACE_FLATNESS_M
+                start = centre + R @ [x, y, half[2] + _RAY_START_M]
+                drop[row, column] = mujoco.mj_ray(model, data, start, down, None, 1, -1, geom)
+        return np.abs(drop - _RAY_START_M) < _FACE_FLATNESS_M
 
 
 class LookAlike(Prop):
@@ -151,7 +147,7 @@ class LookAlike(Prop):
     No turn makes it look like the object. It has no joint; its frame is led.
     """
 
-    def _build(self, spec: GraspableObject, number: int) -> None:
+    def _build(self, spec: GraspableObject, number: int = 0) -> None:
         super()._build(spec)
         self._mjcf_root.model = f"look_alike_{number}"
         for mesh in self._mjcf_root.find_all("mesh"):

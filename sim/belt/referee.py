@@ -1,7 +1,7 @@
-"""The referee: what physics says about an attempt. Ground truth, for scoring alone.
+"""The referee: judges an attempt by the physics. It reads the ground truth, for scoring alone.
 
 Success: the object's lowest point is 0.10 m above the belt and for 1 s nothing but the hand
-touches it. Clean success: also no touch before the fingers were told to close, less than 10
+touches it. Clean success: also no touch before the close command, less than 10
 degrees of tilt, less than 5 mm of slip in the hand, and a grip within 20 mm of the centre.
 """
 
@@ -32,14 +32,14 @@ CLEAN_GRIP_ERROR_M = 0.020
 
 @dataclass
 class PhysicalRecord:
-    """The attempt as physics saw it; None for what never happened. Times in simulated seconds."""
+    """What happened in an attempt; None for what never did. Times are in simulated seconds."""
 
     close_command_s: float | None = None
     first_touch_s: float | None = None
     gripped_s: float | None = None
-    """Both fingers on the object, after the close command."""
+    """When both fingers first touched the object after the close command."""
     lifted_off_s: float | None = None
-    """The object, in the fingers, is 10 mm above the belt."""
+    """When the object, in the fingers, was first 10 mm above the belt."""
     held_s: float = 0.0
     """How long it has been high enough with nothing but the hand touching it."""
     max_height_m: float = 0.0
@@ -57,19 +57,19 @@ class PhysicalRecord:
 
     @property
     def is_success(self) -> bool:
-        """Lifted and held."""
+        """Whether the object was lifted and held."""
         return self.held_s >= HOLD_S
 
     @property
     def is_early_contact(self) -> bool:
-        """Touched before the fingers were told to close."""
+        """Whether the robot touched the object before the close command."""
         if self.first_touch_s is None:
             return False
         return self.close_command_s is None or self.first_touch_s < self.close_command_s
 
     @property
     def is_clean_success(self) -> bool:
-        """A success in which nothing was knocked, tilted, dragged or let slip."""
+        """Whether it is a success in which nothing was knocked, tilted, dragged or let slip."""
         return (
             self.is_success
             and not self.is_early_contact
@@ -82,7 +82,7 @@ class PhysicalRecord:
 
     @property
     def is_over(self) -> bool:
-        """Nothing that can still happen would change the outcome."""
+        """Whether nothing that can still happen would change the outcome."""
         return self.is_success or self.has_fallen or self.has_left
 
 

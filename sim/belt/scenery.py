@@ -82,12 +82,12 @@ class Scenery:
             self._show_riding(physics)
 
     def _raise_bar(self, physics: Any, width_m: float) -> None:
-        """Upright in the image, between the camera and the place that it hides."""
+        """Puts the bar upright in the image, between the camera and the place that it hides."""
         (x_low, x_high), (y_low, _) = self._carrier.face_range_m
         hidden = np.array([0.5 * (x_low + x_high), _HIDDEN_SHARE * y_low, self._height_m])
-        eye = np.array(self._view.position_m)
+        camera = np.array(self._view.position_m)
         upright = quaternion(self._view.R_world_camera)
-        self._put(physics, self._bar, eye + _WAY_TO_TARGET * (hidden - eye), upright)
+        self._put(physics, self._bar, camera + _WAY_TO_TARGET * (hidden - camera), upright)
         physics.model.geom_size[physics.bind(self._bar_geom).element_id, 0] = 0.5 * width_m
 
     def _show_riding(self, physics: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -106,7 +107,7 @@ class ConveyorGrasp(composer.Task):
         return self._arena
 
     @property
-    def task_observables(self) -> dict[str, observable.Observable]:
+    def task_observables(self) -> dict[str, Any]:
         """Camera and proprioception."""
         return self._observables
 
@@ -157,7 +158,7 @@ class ConveyorGrasp(composer.Task):
     def before_substep(
         self, physics: Any, action: np.ndarray, random_state: np.random.RandomState
     ) -> None:
-        """Leads what rides along."""
+        """Moves what rides along."""
         del action, random_state
         self._scenery.before_physics_step(physics)
 
@@ -173,12 +174,12 @@ class ConveyorGrasp(composer.Task):
         self.referee.watch(physics, self._is_closing)
 
     def should_terminate_episode(self, physics: Any) -> bool:
-        """Held long enough, fallen, or gone."""
+        """Whether the object has been held long enough, has fallen or is gone."""
         del physics
         return self.referee.record.is_over
 
     def get_reward(self, physics: Any) -> float:
-        """1 when the object has been held long enough."""
+        """Returns 1 when the object has been held long enough, else 0."""
         del physics
         return float(self.referee.record.is_success)
 
@@ -267,8 +268,8 @@ class ConveyorGrasp(composer.Task):
         c = self.config
         return Sensor(self.condition, c.camera_rate_hz, c.delay_s, PHYSICS_HZ, rng, self.K)
 
-    def _make_observables(self) -> dict[str, observable.Observable]:
-        read = {
+    def _make_observables(self) -> dict[str, Any]:
+        read: dict[str, Callable[[Any], Any]] = {
             "camera/rgb": lambda physics: self.frame(physics).whole[0],
             "camera/depth_m": lambda physics: self.frame(physics).whole[1],
             "camera/time_s": lambda physics: self.frame(physics).time_s,

@@ -27,7 +27,8 @@ class Turntable(composer.Entity):
 
     def _build(self) -> None:
         self._mjcf_root = mjcf.from_path(str(ASSETS / "turntable.xml"))
-        self._plate = self._mjcf_root.find("geom", "plate")
+        self.solid_geoms: tuple[Any, ...] = (self._mjcf_root.find("geom", "plate"),)
+        """The plate."""
         self._busy = self._mjcf_root.find("geom", "busy_disc")
         textures.apply(self._mjcf_root, "busy", textures.busy_print())
         self._disc = self._mjcf_root.find("body", "disc")
@@ -39,31 +40,26 @@ class Turntable(composer.Entity):
         return self._mjcf_root
 
     @property
-    def solid_geoms(self) -> tuple[Any, ...]:
-        """The plate."""
-        return (self._plate,)
-
-    @property
     def face_range_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Least and largest world x, then y, between which the face of an object can be."""
         (x, y), reach = CENTRE_M, DISC_RADIUS_M + 0.03
         return (x - reach, x + reach), (y - reach, y + reach)
 
     def carried(self, pose: Pose, way_m: float) -> Pose:
-        """Where what rides at a pose has come to when the surface has moved on at the radius."""
+        """Returns the later pose of what rides at `pose`, with `way_m` gone at the radius."""
         turn = way_m / RADIUS_M
         x, y = pose.x_m - CENTRE_M[0], pose.y_m - CENTRE_M[1]
         c, s = math.cos(turn), math.sin(turn)
         return Pose(CENTRE_M[0] + c * x - s * y, CENTRE_M[1] + s * x + c * y, pose.yaw_rad + turn)
 
     def velocity_at(self, pose: Pose, speed_mps: float) -> tuple[float, float, float]:
-        """World x, y velocity [m/s] and yaw rate [rad/s] of what rides there."""
+        """Returns world x, y velocity [m/s] and yaw rate [rad/s] of what rides there."""
         rate = speed_mps / RADIUS_M
         return -rate * (pose.y_m - CENTRE_M[1]), rate * (pose.x_m - CENTRE_M[0]), rate
 
     def speed_mps(self, physics: Any) -> float:
         """Speed of the surface at the radius, counter-clockwise."""
-        plate = physics.bind(self._plate).element_id
+        plate = physics.bind(*self.solid_geoms).element_id
         return float(physics.model.geom_surfacevel[plate, 5]) * RADIUS_M
 
     def set_clutter(self, physics: Any, opacity: float) -> None:
@@ -72,7 +68,7 @@ class Turntable(composer.Entity):
 
     def set_speed(self, physics: Any, speed_mps: float) -> None:
         """Sets the speed at the radius from the next physics step on; counter-clockwise is > 0."""
-        plate = physics.bind(self._plate).element_id
+        plate = physics.bind(*self.solid_geoms).element_id
         physics.model.geom_surfacevel[plate, 5] = speed_mps / RADIUS_M
 
     def initialize_episode(self, physics: Any, random_state: np.random.RandomState) -> None:

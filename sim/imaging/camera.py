@@ -17,7 +17,7 @@ import os
 import time
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import mujoco
 import numpy as np
@@ -126,9 +126,9 @@ class OffscreenRenderer:
     """
 
     def __init__(self, model: mujoco.MjModel, width_px: int, height_px: int) -> None:
-        self._gl = _gl_context(width_px, height_px)
+        self._gl: Any = _gl_context(width_px, height_px)
         self._gl.make_current()
-        self.gl_renderer: str = GL.glGetString(GL.GL_RENDERER).decode()
+        self.gl_renderer = cast(bytes, GL.glGetString(GL.GL_RENDERER)).decode()
         """Name of what renders, such as `llvmpipe (LLVM 15.0.6, 256 bits)`."""
         self.spent_s = 0.0
         """Wall-clock time of all pixels so far."""

@@ -15,7 +15,7 @@ class Light(Protocol):
     """Brightness of every lamp, 1 being the normal one."""
 
     def __call__(self, time_s: float, target_y_m: float) -> float:
-        """The brightness while the target is at `target_y_m` along the belt."""
+        """Returns the brightness while the target is at `target_y_m` along the belt."""
         ...
 
 
@@ -29,7 +29,7 @@ class SteadyLight:
         require_within(self, 0.0, BRIGHTEST, "scale")
 
     def __call__(self, time_s: float, target_y_m: float) -> float:
-        """The same, whatever the time."""
+        """Returns the same brightness at any time."""
         return self.scale
 
 
@@ -46,7 +46,7 @@ class SwitchedLight:
         require_within(self, 0.0, BRIGHTEST, "before", "after")
 
     def __call__(self, time_s: float, target_y_m: float) -> float:
-        """The brightness before or after the switch."""
+        """Returns the brightness before or after the switch."""
         return self.before if target_y_m < self.at_y_m else self.after
 
 
@@ -62,5 +62,5 @@ class FlickeringLight:
         require_within(self, 0.0, 1.0, "depth")
 
     def __call__(self, time_s: float, target_y_m: float) -> float:
-        """The brightness at that moment."""
+        """Returns the brightness at that moment."""
         return 1.0 + self.depth * math.sin(2.0 * math.pi * self.rate_hz * time_s)

@@ -60,7 +60,7 @@ class SensorNoise:
             self._uniform = rng.random(size, np.float32)
 
     def draw(self) -> FrameNoise:
-        """The noise of the next image."""
+        """Returns the noise of the next image."""
         return FrameNoise(
             colour=self._part(self._colour),
             std_of_level=self._std_of_level,
@@ -77,7 +77,7 @@ class SensorNoise:
         return DepthCamera(self._time_of_flight, self._K, normal, uniform)
 
     def _part(self, picture: np.ndarray | None) -> np.ndarray | None:
-        """A part of a noise picture, as large as the image."""
+        """Returns a part of a noise picture, as large as the image."""
         if picture is None:
             return None
         row, column = self._rng.integers(0, self._MARGIN_PX, 2)
@@ -92,9 +92,9 @@ class DepthCamera:
     K: np.ndarray
     """(3, 3) intrinsics of the whole image."""
     normal: np.ndarray
-    """(h, w)"""
+    """(h, w) draws from the standard normal distribution."""
     uniform: np.ndarray
-    """(h, w)"""
+    """(h, w) draws from 0 to 1."""
 
     def measure(self, develop: Develop, window: Window) -> Image:
         """True colours and measured depth in a window; each pixel mixes with its neighbours."""
@@ -115,14 +115,14 @@ class FrameNoise:
     """The noise of one image; None where a kind of noise is absent."""
 
     colour: np.ndarray | None
-    """(h, w, 3): grey levels, or deviations where `std_of_level` tells their size."""
+    """(h, w, 3): grey levels, or deviations in units of `std_of_level`."""
     std_of_level: np.ndarray | None
-    """(256,) of `noise_std_of_level`."""
+    """(256,) standard deviation by grey level; None for noise alike at every level."""
     depth_camera: DepthCamera | None
     depth_m: np.ndarray | None
-    """(h, w)"""
+    """(h, w) errors of the depth."""
     is_hole: np.ndarray | None
-    """(h, w) bool"""
+    """(h, w) bool, where no depth is measured."""
 
     def on(self, develop: Develop, window: Window) -> Image:
         """The noisy pixels of a window: (h, w, 3) uint8 colours, saturated, and (h, w) depth [m].

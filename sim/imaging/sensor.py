@@ -1,4 +1,4 @@
-"""The camera as its user has it: it exposes at its rate, adds noise, drops and delays images."""
+"""The camera as a sensor: it exposes at its rate, adds noise, and drops and delays images."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Frame:
     """An image that has arrived."""
 
     crop: Develop
-    """A part of it; equal parts are equal."""
+    """Returns the pixels of a window; the same window gives the same pixels."""
     shape_px: tuple[int, int]
     """Rows and columns."""
     time_s: float
@@ -29,7 +29,7 @@ class Frame:
 
     @cached_property
     def whole(self) -> Image:
-        """All of it."""
+        """The whole image."""
         rows, columns = self.shape_px
         return self.crop((slice(0, rows), slice(0, columns)))
 
@@ -92,7 +92,7 @@ class Sensor:
             self._send(tick)
 
     def newest(self, time_s: float) -> Frame:
-        """The image that has arrived last."""
+        """Returns the image that has arrived last."""
         tick = round(time_s * self._tick_hz)
         while self._under_way and self._under_way[0][0] <= tick:
             self._newest = self._under_way.popleft()[1]
@@ -119,13 +119,13 @@ class Sensor:
 
 
 def _black(shape_px: tuple[int, int]) -> Develop:
-    """What there is to see before the first image."""
+    """Returns the black image that stands in before the first."""
     black = np.zeros((*shape_px, 3), np.uint8), np.zeros(shape_px, np.float32)
     return lambda window: (black[0][window], black[1][window])
 
 
 def _mean_of(shots: Sequence[Develop], window: Window) -> Image:
-    """Mean colours, and the depth of the middle of the exposure."""
+    """Returns mean colours, and the depth of the middle of the exposure."""
     images = [develop(window) for develop in shots]
     if len(images) == 1:
         return images[0]

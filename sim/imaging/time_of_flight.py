@@ -81,7 +81,7 @@ def incidence_angle_rad(depth_m: np.ndarray, K: np.ndarray) -> np.ndarray:
     is the plane's normal over its distance. So n = (∂ρ/∂x, ∂ρ/∂y, ρ - x ∂ρ/∂x - y ∂ρ/∂y) is exact
     on planes; across edges it means nothing.
     """
-    height, width = depth_m.shape
+    height, width = (int(n) for n in depth_m.shape)
     x = ((np.arange(width) - K[0, 2]) / K[0, 0]).astype(np.float32)
     y = ((np.arange(height) - K[1, 2]) / K[1, 1]).astype(np.float32)[:, None]
     rho = 1.0 / depth_m

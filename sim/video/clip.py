@@ -28,23 +28,23 @@ class Moves:
     """How an actor leaves the pose that it starts in, square-on to the camera and flat."""
 
     x_px: Terms = ()
-    """To the right."""
+    """Shift to the right."""
     y_px: Terms = ()
-    """Downwards."""
+    """Shift downwards."""
     zoom_octaves: Terms = ()
-    """Towards the camera; 1 doubles the size in the image."""
+    """Approach to the camera; 1 doubles the size in the image."""
     roll_rad: Terms = ()
-    """In the image plane, clockwise as seen."""
+    """Turn in the image plane, clockwise as seen."""
     yaw_rad: Terms = ()
-    """About the vertical."""
+    """Turn about the vertical."""
     pitch_rad: Terms = ()
-    """About the horizontal."""
+    """Turn about the horizontal."""
     bend_rad: Terms = ()
-    """Of a sheet: angle between its left and right edge, rolled onto a cylinder."""
+    """Angle between the left and right edge of a sheet that is rolled onto a cylinder."""
     ripple: Terms = ()
-    """Of a sheet: height of the waves that run along it, as a share of its width."""
+    """Height of the waves that run along a sheet, as a share of its width."""
     sway: Terms = ()
-    """Of a sheet: how far its plane is pulled into an S, as a share of its size."""
+    """How far the plane of a sheet is pulled into an S, as a share of its size."""
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,12 @@ class Actor:
     start_px: tuple[float, float] = (0.5 * (WIDTH_PX - 1), 0.5 * (HEIGHT_PX - 1))
     """Where its centre is in the image at the start, from 0."""
     depth_m: float = 1.5
-    """Of its front, from the camera, at the start."""
+    """Distance of its front from the camera at the start."""
     moves: Moves = Moves()
     shape: Shape = "panel"
     artwork: Artwork = "poster"
     thickness: float = 0.4
-    """Of a carton, as a share of its width."""
+    """Depth of a carton, as a share of its width."""
 
     def __post_init__(self) -> None:
         if min(self.size_px) < SHORTEST_SIDE_PX:
@@ -76,7 +76,7 @@ class Actor:
 
     @property
     def size_m(self) -> tuple[float, float]:
-        """Width and height."""
+        """Width and height at the start."""
         scale = self.depth_m / FOCAL_PX
         return self.size_px[0] * scale, self.size_px[1] * scale
 
@@ -100,9 +100,9 @@ class Shake:
     """How the camera turns on its tripod."""
 
     pan_rad: Terms = ()
-    """To the right."""
+    """Turn to the right."""
     tilt_rad: Terms = ()
-    """Upwards."""
+    """Turn upwards."""
 
 
 @dataclass(frozen=True)

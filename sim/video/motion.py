@@ -45,7 +45,7 @@ class Wave:
 
     def draw(self, frame_count: int, rng: np.random.Generator) -> Signal:
         """See `Term`."""
-        shortest, longest = np.log(self.periods)
+        shortest, longest = (float(log) for log in np.log(self.periods))
         edges = np.linspace(shortest, longest, _TONES + 1)
         rates = 2.0 * np.pi / np.exp(rng.uniform(edges[:-1], edges[1:]))
         phases = rng.uniform(0.0, 2.0 * np.pi, _TONES)
@@ -63,7 +63,7 @@ class Wave:
 
 @dataclass(frozen=True)
 class Swing:
-    """To the peak and back, again and again, never beyond either end."""
+    """A swing to the peak and back, again and again, never beyond either end."""
 
     peak: float
     """The far end, with its sign."""
@@ -82,10 +82,10 @@ class Swing:
 
 @dataclass(frozen=True)
 class Trip:
-    """Goes away, stays, and comes back, with smooth starts and stops; not random at all."""
+    """A trip away and back after a stay, with smooth starts and stops; nothing in it is random."""
 
     by: float
-    """How far."""
+    """How far it goes."""
     leave: float
     """When it starts to go [frames]."""
     back: float
@@ -111,7 +111,7 @@ class Trip:
 
 
 def draw_sum(terms: Terms, frame_count: int, rng: np.random.Generator) -> Signal:
-    """The sum of the drawn terms."""
+    """Returns the sum of the drawn terms."""
     signals = [term.draw(frame_count, rng) for term in terms]
     return lambda time: math.fsum(signal(time) for signal in signals)
 

@@ -31,7 +31,8 @@ class Style:
     @classmethod
     def draw(cls, rng: np.random.Generator) -> Style:
         """Four different colours, light and dark ones among them."""
-        band, sign = (_PAINTS[k] for k in rng.choice(np.arange(1, len(_PAINTS)), 2, replace=False))
+        numbers = rng.choice(np.arange(1, len(_PAINTS)), 2, replace=False)
+        band, sign = (_PAINTS[int(k)] for k in numbers)
         paper = PAPER if rng.random() < 0.5 else KRAFT
         return cls(paper, band, sign, PAPER if paper is KRAFT else INK)
 

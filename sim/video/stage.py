@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import cast
 
 import mujoco
 import numpy as np
@@ -27,7 +28,7 @@ from sim.video.clip import (
     Moves,
     Shake,
 )
-from sim.video.motion import Signal, draw_sum
+from sim.video.motion import Signal, Terms, draw_sum
 from sim.video.surfaces import Surface
 
 TARGET = "target"
@@ -112,7 +113,7 @@ class Stage:
 
 
 def flex_id(model: mujoco.MjModel, name: str) -> int:
-    """Index of a flex."""
+    """Returns the index of a flex."""
     return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_FLEX, name)
 
 
@@ -153,7 +154,7 @@ def _draw(
     """A signal for each field of `script` that holds terms."""
     terms = {field.name: getattr(script, field.name) for field in fields(script)}
     return {
-        name: draw_sum(value, frame_count, rng)
+        name: draw_sum(cast(Terms, value), frame_count, rng)
         for name, value in terms.items()
         if isinstance(value, tuple)
     }

@@ -6,6 +6,7 @@ from 0, and a box (x, y, w, h) covers w x h pixels of which (x, y) is the first.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ class TargetTruth:
     unit sqrt(w h) of that box) to pixels, fitted to the target's front; exact where the front stays
     flat and square-on."""
     corners: np.ndarray
-    """(4, 2) of the front [px]: top left, top right, bottom right, bottom left."""
+    """(4, 2) corners of the front [px]: top left, top right, bottom right, bottom left."""
     warp_error_px: float
     """Root mean square distance of the front's true points from where the warp puts them."""
     area_px: float
@@ -44,19 +45,19 @@ class Surveyor:
         box = upright_box(pixels)
         centre, unit = box[:2] + 0.5 * (box[2:] - 1.0), np.sqrt(box[2] * box[3])
         template = (pixels[FRONT] - centre) / unit
-        self._template = np.column_stack([template, np.ones(len(template))])
-        self._inverse = np.linalg.pinv(self._template)
+        self._template: np.ndarray = np.column_stack([template, np.ones(len(template))])
+        self._inverse: np.ndarray = np.linalg.pinv(self._template)
 
     def truth(self, pixels: np.ndarray) -> TargetTruth:
         """The truth on an image on which the vertices project to `pixels` (n, 2)."""
         front = pixels[FRONT]
         rows = self._inverse @ front
-        error = self._template @ rows - front
+        error = np.subtract(self._template @ rows, front)
         return TargetTruth(
             box=upright_box(pixels),
             warp=np.vstack([rows.T, [0.0, 0.0, 1.0]]),
             corners=pixels[CORNERS],
-            warp_error_px=float(np.sqrt(np.mean(np.sum(error**2, axis=1)))),
+            warp_error_px=math.sqrt((error**2).sum(axis=1).mean()),
             area_px=_silhouette_px(self._surface, pixels),
         )
 

@@ -52,9 +52,9 @@ def test_the_same_streams_take_the_same_images():
     assert np.array_equal(a, b)
 
 
-def test_the_portrait_is_full_of_the_target():
+def test_the_reference_photograph_is_full_of_the_target():
     with camera() as taking:
-        hsv = cv2.cvtColor(np.ascontiguousarray(taking.portrait()), cv2.COLOR_RGB2HSV)
+        hsv = cv2.cvtColor(np.ascontiguousarray(taking.reference_photograph()), cv2.COLOR_RGB2HSV)
     assert np.ptp(hsv[..., 0].astype(int)) <= 8
     assert hsv[..., 1].min() > 180
 

@@ -2,7 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.belt.arena import PHYSICS_STEP_S, ZFAR_M, ZNEAR_M, Cell
+from sim.belt.arena import PHYSICS_STEP_S, Cell
 
 
 def test_physics_options_reach_the_compiled_model(scene):
@@ -16,8 +16,8 @@ def test_physics_options_reach_the_compiled_model(scene):
 
 def test_depth_planes_are_known(scene):
     model = scene.physics.model
-    assert model.vis.map.znear * model.stat.extent == pytest.approx(ZNEAR_M, rel=1e-6)
-    assert model.vis.map.zfar * model.stat.extent == pytest.approx(ZFAR_M, rel=1e-6)
+    assert model.vis.map.znear * model.stat.extent == pytest.approx(0.04, rel=1e-6)
+    assert model.vis.map.zfar * model.stat.extent == pytest.approx(20.0, rel=1e-6)
     assert model.vis.quality.offsamples == 0
 
 

@@ -4,8 +4,6 @@ import pytest
 from sim.belt.conveyor import (
     BELT_CENTRE_X_M,
     BELT_WIDTH_M,
-    BELT_Y_MAX_M,
-    BELT_Y_MIN_M,
 )
 
 
@@ -33,8 +31,8 @@ def test_belt_speed_changes_while_running(scene):
 def test_belt_lies_where_the_constants_say(scene):
     belt = scene.physics.bind(scene.conveyor.belt_geom)
     low, high = belt.xpos - belt.size, belt.xpos + belt.size
-    np.testing.assert_allclose(low[:2], [BELT_CENTRE_X_M - BELT_WIDTH_M / 2, BELT_Y_MIN_M])
-    np.testing.assert_allclose(high, [BELT_CENTRE_X_M + BELT_WIDTH_M / 2, BELT_Y_MAX_M, 0.0])
+    np.testing.assert_allclose(low[:2], [BELT_CENTRE_X_M - BELT_WIDTH_M / 2, -1.30])
+    np.testing.assert_allclose(high, [BELT_CENTRE_X_M + BELT_WIDTH_M / 2, 1.30, 0.0])
 
 
 def test_rails_guide_without_dragging(scene):

@@ -1,0 +1,5 @@
+"""The package is untyped: whatever it hands out may be anything."""
+
+from typing import Any
+
+def __getattr__(name: str) -> Any: ...
