@@ -197,6 +197,8 @@ class ParticleFilter:
         share = self._config.autoregression * step_s / self._present.step_s
         moved = self._space.advance(now.previous, now.warps, share)
         is_valid = self._is_valid(moved)
+        if is_valid.all():
+            return moved
         heaviest = int(np.argmax(np.where(is_valid, now.log_weights, -np.inf)))
         stand_in = moved[heaviest] if is_valid[heaviest] else now.warps[heaviest]
         return _replaced(moved, is_valid, stand_in)
