@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.apple.estimates import KALMAN_SIGNED, PARTICLES, Estimates
 from experiments.apple.published import TABLES, published_table
-from experiments.report.style import PAGE_WIDTH_IN, add_legend, figure_style, write_figure
+from experiments.report.style import add_legend, draw_band, figure_style, panels, write_figure
 
 MEASURED, PUBLISHED, OURS, SIGNED = "#7F7F7F", "#0072B2", "#D55E00", "#009E73"
+FILTER = "filter, published"
 
 
 def write_figures(folder: Path, estimates: Estimates) -> list[Path]:
@@ -26,10 +26,9 @@ def write_figures(folder: Path, estimates: Estimates) -> list[Path]:
 
 
 def draw_table(estimates: Estimates, number: int) -> Figure:
-    """Each angle over the images: single measurements, both filters, and what was set up."""
+    """Draws each angle over the images: single measurements, both filters, what was set up."""
     table = published_table(number)
-    figure = Figure(figsize=(PAGE_WIDTH_IN, 2.6), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(1, 3, sharex=True))
+    figure, (axes,) = panels(1, 3, 2.6, sharex=True)
     images = np.arange(1, len(table.robot_deg) + 1)
     particles = estimates.angles_deg[number, PARTICLES]
     low, middle, high = np.percentile(particles, [2.5, 50.0, 97.5], axis=0)
@@ -42,24 +41,9 @@ def draw_table(estimates: Estimates, number: int) -> Figure:
             axis.plot(images, converted, "+", color=SIGNED, ms=6, label="one image, signs kept")
             signed = estimates.mean_deg(number, KALMAN_SIGNED)[:, j]
             axis.plot(images, signed, "-", color=SIGNED, lw=1.0, label="Kalman, signs kept")
-        axis.plot(
-            images,
-            table.estimate_deg[:, j],
-            "o-",
-            color=PUBLISHED,
-            ms=3.5,
-            lw=1.2,
-            label="filter, published",
-        )
-        axis.fill_between(
-            images,
-            low[:, j],
-            high[:, j],
-            color=OURS,
-            alpha=0.25,
-            lw=0,
-            label=f"95 % of {len(particles)} seeds",
-        )
+        published, label = table.estimate_deg[:, j], f"95 % of {len(particles)} seeds"
+        axis.plot(images, published, "o-", color=PUBLISHED, ms=3.5, lw=1.2, label=FILTER)
+        draw_band(axis, images, low[:, j], high[:, j], OURS, 0.25, label=label)
         axis.plot(images, middle[:, j], "s-", color=OURS, ms=3, lw=1.0, label="particles, median")
         axis.set_title(f"angle with the robot's {'xyz'[j]} axis [deg]")
         axis.set_xlabel("image")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +15,15 @@ from experiments.apple.observer import SEGMENTED
 from experiments.apple.published import published_table
 from experiments.apple.replay import ReplayRow
 from experiments.apple.worlds import CLASSES
+from experiments.report.grouping import group_by
 from experiments.report.style import (
     PAGE_WIDTH_IN,
     add_legend,
+    draw_band,
     figure_style,
+    log_scale,
     panel_grid,
+    panels,
     write_figure,
 )
 from tracker.apple.view import FruitStatus
@@ -54,9 +58,8 @@ def write_replay_figures(folder: Path, rows: Sequence[ReplayRow]) -> list[Path]:
 
 
 def draw_replay(rows: Sequence[ReplayRow], table: int) -> Figure:
-    """Each angle over the images, measured and estimated, as Figs. 3 and 4 of [Zhou2011]."""
-    figure = Figure(figsize=(PAGE_WIDTH_IN, 2.5), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(1, 3, sharex=True))
+    """Draws each angle over the images, measured and estimated, as Figs. 3 and 4 of [Zhou2011]."""
+    figure, (axes,) = panels(1, 3, 2.5, sharex=True)
     true_deg = published_table(table).true_deg
     for axis, name, truth in zip(axes, "xyz", true_deg, strict=True):
         axis.axhline(truth, color="black", lw=0.9, ls="--", label="set up")
@@ -71,20 +74,14 @@ def draw_replay(rows: Sequence[ReplayRow], table: int) -> Figure:
 
 def _draw_angle(axis: Axes, rows: Sequence[ReplayRow], table: int, method: str, field: str) -> None:
     own = [r for r in rows if (r.table, r.method, r.mask) == (table, method, SEGMENTED)]
-    images = sorted({row.image for row in own})
-    spread = [
-        np.percentile(
-            [v for row in own if row.image == i and (v := getattr(row, field)) is not None],
-            [10, 50, 90],
-        )
-        for i in images
-        if any(row.image == i and row.status == FruitStatus.FOUND for row in own)
-    ]
-    if len(spread) < len(images):
+    by_image = sorted(group_by(own, ["image"]).items())
+    if not all(any(r.status == FruitStatus.FOUND for r in members) for _, members in by_image):
         return
-    low, middle, high = np.array(spread).T
+    angles = [[v for r in m if (v := getattr(r, field)) is not None] for _, m in by_image]
+    images = [image for (image,), _ in by_image]
+    low, middle, high = np.array([np.percentile(of_image, [10, 50, 90]) for of_image in angles]).T
     colour, marker, line = STYLES[method]
-    axis.fill_between(images, low, high, color=colour, alpha=0.18, lw=0)
+    draw_band(axis, images, low, high, colour, 0.18)
     axis.plot(images, middle, marker + line, color=colour, ms=4, lw=1.2, label=_LABELS[method])
 
 
@@ -97,26 +94,18 @@ def write_approach_figures(folder: Path, rows: Sequence[ApproachRow]) -> list[Pa
 
 
 def draw_by_image(rows: Sequence[ApproachRow]) -> Figure:
-    """Median error after each image; a panel for each class, a line for each method."""
-    classes = [name for name in CLASSES if any(row.fruit_class == name for row in rows)]
-    figure, axes = panel_grid(len(classes), 2, PAGE_WIDTH_IN, 2.1)
+    """Draws the median error after each image; a panel for each class, a line for each method."""
+    groups = _by_class(rows)
+    figure, axes = panel_grid(len(groups), 2, PAGE_WIDTH_IN, 2.1)
     images = np.arange(1, len(ERROR_FIELDS) + 1)
-    for axis, fruit_class in zip(axes, classes, strict=True):
-        of_class = [row for row in rows if row.fruit_class == fruit_class]
-        for method in METHODS:
-            colour, marker, line = STYLES[method]
-            curve = _curve(of_class, method, "arc")
-            if curve is not None:
-                axis.plot(images, curve, marker + line, color=colour, ms=3.5, lw=1.2, label=method)
-        curve = _curve(of_class, "silhouettes", "next-best")
-        if curve is not None:
-            label = "silhouettes, next best view"
-            axis.plot(images, curve, "D--", color="black", ms=3, lw=1.2, label=label)
-        count = len({(row.aspect, row.seed) for row in of_class})
+    for axis, (fruit_class, members) in zip(axes, groups.items(), strict=True):
+        for label, (colour, marker, line), own in _shown(members):
+            errors = [[getattr(row, name) for name in ERROR_FIELDS] for row in own]
+            curve, size = np.median(errors, axis=0), 3.0 if colour == "black" else 3.5
+            axis.plot(images, curve, marker + line, color=colour, ms=size, lw=1.2, label=label)
+        count = len({(row.aspect, row.seed) for row in members})
         axis.set_title(f"{fruit_class}, n = {count}")
-        axis.set_yscale("log")
-        axis.set_yticks([0.3, 1, 3, 10, 30], ["0.3", "1", "3", "10", "30"])
-        axis.minorticks_off()
+        log_scale(axis, "y", (0.3, 1.0, 3.0, 10.0, 30.0))
         axis.set_xticks(images)
         axis.set_ylabel("median axis error [deg]")
         axis.set_xlabel("image")
@@ -124,29 +113,18 @@ def draw_by_image(rows: Sequence[ApproachRow]) -> Figure:
     return figure
 
 
-def _curve(rows: Sequence[ApproachRow], method: str, views: str) -> np.ndarray | None:
-    own = [row for row in rows if (row.method, row.views) == (method, views)]
-    if not own:
-        return None
-    return np.median([[getattr(row, name) for name in ERROR_FIELDS] for row in own], axis=0)
-
-
 def draw_spread(rows: Sequence[ApproachRow]) -> Figure:
-    """Share of the worlds in which the error at the end is below a limit."""
-    classes = [name for name in CLASSES if any(row.fruit_class == name for row in rows)]
-    figure, axes = panel_grid(len(classes), 2, PAGE_WIDTH_IN, 2.0)
-    for axis, fruit_class in zip(axes, classes, strict=True):
-        of_class = [row for row in rows if row.fruit_class == fruit_class]
-        for method in METHODS:
-            colour, _, line = STYLES[method]
-            _draw_shares(axis, of_class, (method, "arc"), (colour, line, method))
-        label = "silhouettes, next best view"
-        _draw_shares(axis, of_class, ("silhouettes", "next-best"), ("black", "--", label))
+    """Draws the share of the worlds in which the error at the end is below a limit."""
+    groups = _by_class(rows)
+    figure, axes = panel_grid(len(groups), 2, PAGE_WIDTH_IN, 2.0)
+    for axis, (fruit_class, members) in zip(axes, groups.items(), strict=True):
+        for label, (colour, _, line), own in _shown(members):
+            errors, shares = sorted(row.error_deg for row in own), np.arange(1, len(own) + 1)
+            axis.step(errors, shares / len(own), where="post", color=colour, ls=line, lw=1.3,
+                      label=label)  # fmt: skip
         axis.set_title(fruit_class)
-        axis.set_xscale("log")
+        log_scale(axis, "x", (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 90.0))
         axis.set_xlim(0.1, 90.0)
-        axis.set_xticks([0.1, 0.3, 1, 3, 10, 30, 90], ["0.1", "0.3", "1", "3", "10", "30", "90"])
-        axis.minorticks_off()
         axis.set_ylim(0.0, 1.02)
         axis.set_xlabel("axis error [deg]")
         axis.set_ylabel("share of worlds below")
@@ -154,14 +132,18 @@ def draw_spread(rows: Sequence[ApproachRow]) -> Figure:
     return figure
 
 
-def _draw_shares(
-    axis: Axes,
+def _by_class(rows: Sequence[ApproachRow]) -> dict[str, list[ApproachRow]]:
+    groups = group_by(rows, ["fruit_class"])
+    return {name: groups[(name,)] for name in CLASSES if (name,) in groups}
+
+
+def _shown(
     rows: Sequence[ApproachRow],
-    chosen: tuple[str, str],
-    style: tuple[str, str, str],
-) -> None:
-    errors = sorted(row.error_deg for row in rows if (row.method, row.views) == chosen)
-    if errors:
-        colour, line, label = style
-        shares = np.arange(1, len(errors) + 1) / len(errors)
-        axis.step(errors, shares, where="post", color=colour, ls=line, lw=1.3, label=label)
+) -> Iterator[tuple[str, tuple[str, str, str], list[ApproachRow]]]:
+    """Yields label, style and rows of every method, and of the next best views."""
+    groups = group_by(rows, ["method", "views"])
+    ways = [((method, "arc"), method, STYLES[method]) for method in METHODS]
+    next_best = ("silhouettes", "next-best"), "silhouettes, next best view", ("black", "D", "--")
+    for key, label, style in (*ways, next_best):
+        if key in groups:
+            yield label, style, groups[key]

@@ -14,7 +14,14 @@ from experiments.bearing_only.flight_figures import write_flight_figures
 from experiments.bearing_only.tables import column_of
 from experiments.report.grouping import group_by
 from experiments.report.statistics import bootstrap, mean
-from experiments.report.style import add_legend, figure_style, log_scale, panels, write_figure
+from experiments.report.style import (
+    add_legend,
+    draw_band,
+    figure_style,
+    log_scale,
+    panels,
+    write_figure,
+)
 from experiments.seeding import Stream, generator
 
 STYLES: dict[str, tuple[str, str]] = {
@@ -100,7 +107,7 @@ def _median_curves(runs: Sequence[FlightResult], curves: Mapping[str, np.ndarray
             colour, line = STYLES[name]
             axis.plot(at, median, line, color=colour, lw=1.2, label=name)
             if name in ("gradient", "follow"):
-                axis.fill_between(at, low, high, color=colour, alpha=0.12, lw=0)
+                draw_band(axis, at, low, high, colour, 0.12)
         axis.set_title(title)
         axis.set_xlabel("iteration")
         if column != "robot_error_m":
@@ -179,4 +186,4 @@ def _plot_error(axis: Axes, runs: Sequence[FlightResult], x: str, y: str, name: 
     at = list(groups)
     axis.errorbar(at, middle, [middle - low, high - middle], fmt=line, color=colour, lw=1.2,
                   capsize=2, label=name)  # fmt: skip
-    axis.fill_between(at, middle - std, middle + std, color=colour, alpha=0.12, lw=0)
+    draw_band(axis, at, middle - std, middle + std, colour, 0.12)

@@ -30,7 +30,7 @@ TRACED_SEED = 0
 
 
 def curve_of(run: FlightRun, log: FlightLog, index: int) -> str:
-    """The curve of one flight as lines of CSV; empty for a study that draws none."""
+    """Returns the curve of one flight as lines of CSV; empty for a study that draws none."""
     if run.study not in CURVE_STUDIES or not log.is_seen:
         return ""
     errors = [
@@ -49,7 +49,7 @@ def curve_of(run: FlightRun, log: FlightLog, index: int) -> str:
 
 
 def is_traced(run: FlightRun) -> bool:
-    """Whether the whole flight is kept."""
+    """Reports whether the whole flight is kept."""
     return run.study in CURVE_STUDIES and run.controller in TRACED and run.seed == TRACED_SEED
 
 
@@ -59,7 +59,7 @@ def trace_name(run: FlightRun | FlightResult) -> str:
 
 
 def trace_of(log: FlightLog, index: int) -> str:
-    """The whole flight as CSV."""
+    """Returns the whole flight as CSV."""
     columns: dict[str, np.ndarray] = {}
     for name in ("robot", "robot_estimate", "reckoned", "target", "target_estimate"):
         for axis, values in zip("xyz", log.array(f"{name}_m")[:, index].T, strict=True):
@@ -76,7 +76,7 @@ def trace_of(log: FlightLog, index: int) -> str:
 
 
 def map_of(flown: Flown) -> str | None:
-    """The landmarks at the end, true and estimated, as CSV; None for a flight without a map.
+    """Returns the landmarks at the end, true and estimated, as CSV; None without a map.
 
     Of corners in images the truth is not known, and their places are empty.
     """

@@ -60,7 +60,7 @@ class Movie:
 
 
 def caption(image: np.ndarray, *lines: str) -> None:
-    """White text on a dark band at the top, in place; it grows with the image."""
+    """Writes white text on a dark band at the top, in place; it grows with the image."""
     scale = image.shape[1] / 640.0
     band = round(26 * scale * len(lines) + 10 * scale)
     image[:band] = (image[:band] * 0.35).astype(np.uint8)

@@ -71,7 +71,7 @@ def mcnemar_exact(first_only: int, second_only: int) -> float:
 def newcombe_paired_difference(
     both: int, first_only: int, second_only: int, neither: int
 ) -> tuple[float, float, float]:
-    """Difference of two paired success rates (first minus second) and its score interval.
+    """Returns the difference of two paired success rates (first less second) and its score interval.
 
     Args:
         both: Pairs in which both methods succeeded.
@@ -101,7 +101,7 @@ def newcombe_paired_difference(
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """p-values of a family of tests, each raised to what it is worth among the others.
+    """Returns p-values of a family of tests, each raised to what it is worth among the others.
 
     Those below 0.05 are the findings of which, with a probability of 95 %, none is an accident.
     Source: [Holm1979].
@@ -115,7 +115,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def paired_sample_size(first_only: int, second_only: int, n: int) -> int | None:
-    """Pairs that show a difference like the observed one with a power of 80 % at the 5 % level.
+    """Returns how many pairs show a difference like the observed one with a power of 80 % at the 5 % level.
 
     Args:
         first_only: Pairs in which only the first method succeeded.
@@ -134,7 +134,7 @@ def paired_sample_size(first_only: int, second_only: int, n: int) -> int | None:
 
 
 def _corrected_phi(a: int, b: int, c: int, d: int) -> float:
-    """Correlation of a 2 x 2 table with Newcombe's continuity correction; 0 for an empty margin."""
+    """Returns the continuity-corrected correlation of a 2 x 2 table; 0 for an empty margin."""
     n = a + b + c + d
     margins = (a + b) * (c + d) * (a + c) * (b + d)
     if margins == 0:

@@ -13,7 +13,7 @@ import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
 Share: TypeAlias = bool | Literal["none", "all", "row", "col"]
 """Which panels of a figure have a common axis."""
@@ -116,15 +116,24 @@ def panel_grid(
     return figure, axes[:panel_count]
 
 
+def draw_band(
+    axis: Axes, x: Any, low: Any, high: Any, colour: str, alpha: float = 0.15, **style: Any
+) -> None:
+    """Fills the space between two curves with a light colour."""
+    axis.fill_between(x, low, high, color=colour, alpha=alpha, linewidth=0, **style)
+
+
 def log_scale(axes: Axes, name: Literal["x", "y"], ticks: Sequence[float] = ()) -> None:
     """Makes an axis logarithmic, with these ticks, or 1, 2 and 5 of each decade, written out."""
     getattr(axes, f"set_{name}scale")("log")
     axis = axes.xaxis if name == "x" else axes.yaxis
-    axis.set_major_locator(FixedLocator(ticks) if ticks else LogLocator(subs=(1.0, 2.0, 5.0)))
+    if ticks:
+        axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
+        axis.set_minor_locator(NullLocator())
+        return
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
-    if ticks:
-        axis.set_minor_locator(NullLocator())
 
 
 def file_name(*parts: str) -> str:

@@ -46,13 +46,13 @@ class Table:
         return csv_line(head) + "".join(csv_line([row[key] for key in head]) for row in self.rows)
 
     def to_markdown(self) -> str:
-        """The shown columns as a Markdown table."""
+        """Returns the shown columns as a Markdown table."""
         labels, *body = self._shown()
         lines = [labels, ["---"] * len(labels), *body]
         return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
     def to_text(self) -> str:
-        """The shown columns aligned for a terminal: words to the left, numbers to the right."""
+        """Returns the shown columns for a terminal: words to the left, numbers to the right."""
         cells = self._shown()
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         is_word = _are_words(cells)
@@ -67,7 +67,7 @@ class Table:
         return "\n".join(lines) + "\n"
 
     def to_latex(self) -> str:
-        """The shown columns as a `tabular` for the package booktabs."""
+        """Returns the shown columns as a `tabular` for the package booktabs."""
         labels, *rows = self._shown()
         columns = "".join("l" if word else "r" for word in _are_words([labels, *rows]))
         lines = [
@@ -163,7 +163,7 @@ _LATEX = str.maketrans(
 
 
 def _are_words(cells: Sequence[Sequence[str]]) -> list[bool]:
-    """Which columns are set to the left: those with a cell below the head that is no number."""
+    """Returns which columns are set to the left: those with a cell that is no number."""
     _, *rows = cells
     return [not all(map(_NUMBER.fullmatch, column)) for column in zip(*rows, strict=True)]
 
@@ -173,7 +173,7 @@ def _latex_line(cells: Sequence[str]) -> str:
 
 
 def _latex(cell: str) -> str:
-    """A cell with LaTeX's own characters escaped, and a minus sign where one is meant."""
+    """Escapes LaTeX's own characters, and sets a minus sign where one is meant."""
     text = "--" if cell == "-" else cell.translate(_LATEX)
     return re.sub(r"(?<![\w-])-(?=[\d.])", "$-$", text)
 

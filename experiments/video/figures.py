@@ -8,7 +8,13 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.report.style import figure_style, save_figure, tracker_style
+from experiments.report.style import (
+    figure_style,
+    panel_grid,
+    panels,
+    save_figure,
+    tracker_style,
+)
 from experiments.video.results import OtbResults
 from experiments.video.scores import (
     ERROR_THRESHOLDS_PX,
@@ -42,9 +48,8 @@ def write_figures(folder: Path, results: OtbResults) -> list[Path]:
 
 
 def draw_protocol(results: OtbResults, protocol: str) -> Figure:
-    """Mean precision and success of every tracker over all sequences."""
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(1, 2).flat)
+    """Draws mean precision and success of every tracker over all sequences."""
+    figure, (axes,) = panels(1, 2, 3.4)
     sequences = results.sequences(protocol)
     for axis, kind in zip(axes, KINDS, strict=True):
         _draw_panel(axis, results, protocol, sequences, kind)
@@ -54,25 +59,20 @@ def draw_protocol(results: OtbResults, protocol: str) -> Figure:
 
 
 def draw_attributes(results: OtbResults, attributes: Sequence[str], kind: str) -> Figure:
-    """A panel for each challenge: mean curves over the sequences that have it."""
-    columns = min(4, len(attributes))
-    rows = -(-len(attributes) // columns)
-    figure = Figure(figsize=(2.6 * columns, 2.4 * rows), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).flat)
-    for axis, attribute in zip(axes, attributes, strict=False):
+    """Draws a panel for each challenge: mean curves over the sequences that have it."""
+    figure, axes = panel_grid(len(attributes), 4, 2.6 * min(4, len(attributes)), 2.4)
+    for axis, attribute in zip(axes, attributes, strict=True):
         sequences = results.sequences(ATTRIBUTE_PROTOCOL, attribute)
         _draw_panel(axis, results, ATTRIBUTE_PROTOCOL, sequences, kind)
         axis.set_title(f"{ATTRIBUTES[attribute]} ({len(sequences)})", loc="left", fontsize=8)
         axis.legend(loc="upper left" if kind == "precision" else "upper right", fontsize=6)
-    for axis in axes[len(attributes) :]:
-        axis.set_visible(False)
     return figure
 
 
 def _draw_panel(
     axis: Axes, results: OtbResults, protocol: str, sequences: Sequence[str], kind: str
 ) -> None:
-    """The best tracker stands first in the legend, with the score that ranks it."""
+    """Draws the trackers, the best first in the legend, with the score that ranks it."""
     curves = {
         tracker: mean_curves(results.of(protocol, tracker, sequences))
         for tracker in results.trackers(protocol)

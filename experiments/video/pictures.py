@@ -50,7 +50,7 @@ def _root_of(folder: Path) -> Path:
 
 
 def _spread(names: list[str]) -> list[str]:
-    """A few of the names, spread over the list."""
+    """Returns a few of the names, spread over the list."""
     places = np.linspace(0, len(names) - 1, min(SEQUENCE_COUNT, len(names))).round()
     return [names[int(place)] for place in places]
 

@@ -45,7 +45,7 @@ def accuracy_table(results: Sequence[TrialResult]) -> Table:
 def _paired_errors(
     reference: Sequence[TrialResult], rival: Sequence[TrialResult]
 ) -> list[tuple[float, float]]:
-    """Errors [m] of the two in every world that both have tracked; arms that know it have none."""
+    """Returns the errors [m] of the two in every world that both have tracked."""
     first, second = (
         {world_of(r): r.track_rmse_m for r in rows if r.track_rmse_m} for rows in (reference, rival)
     )

@@ -24,8 +24,8 @@ def success_table(results: Sequence[TrialResult]) -> Table:
 
     The criterion is the paper's own, an error that the servo believes in; the gap is how many
     points it is above the success that physics grants. A trial that crashed counts as a failure.
-    Time to grasp is the mean over successes; tracking
-    and grip errors are medians over the trials that have them.
+    Time to grasp is the mean over successes; tracking and grip errors are medians over the trials
+    that have them.
     """
     keys = cell_keys(results)
     columns = (

@@ -102,7 +102,7 @@ def compare(
 
 
 def pooled(comparisons: Sequence[Comparison]) -> Comparison:
-    """All pairs together."""
+    """Adds up the pairs of several comparisons."""
     names = ("both", "first_only", "second_only", "neither")
     return Comparison(*(sum(getattr(c, name) for c in comparisons) for name in names))
 

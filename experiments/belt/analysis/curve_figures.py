@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +13,13 @@ from experiments.belt.analysis.cells import trackers_of
 from experiments.belt.config import TrialResult
 from experiments.belt.curves import CURVE_HZ, ErrorCurve
 from experiments.report.grouping import group_by
-from experiments.report.style import PAGE_WIDTH_IN, add_legend, panels, tracker_style
+from experiments.report.style import (
+    PAGE_WIDTH_IN,
+    add_legend,
+    draw_band,
+    panels,
+    tracker_style,
+)
 
 MOST_SPEEDS = 4
 """Columns of a page: the lowest speed, the highest, and those between at equal steps."""
@@ -30,7 +37,7 @@ _MARGIN = 1.3
 def draw_curves(
     title: str, results: Sequence[TrialResult], curves: Mapping[str, ErrorCurve]
 ) -> Figure:
-    """True errors of all trials with median and band, and the median that the servo believes in.
+    """Draws true errors of all trials, their median and band, and the servo's own median.
 
     A row for each tracker, a column for each speed, as [IGPF2021] Fig. 13. Time begins at the
     object's full view; median and band are of all trials, of which those that have ended keep
@@ -44,9 +51,8 @@ def draw_curves(
             members = cells.get((tracker, speed), [])
             axis = axes[i][j]
             _draw_cell(axis, tracker, members, curves)
-            axis.text(
-                0.97, 0.95, f"n = {len(members)}", transform=axis.transAxes, ha="right", va="top"
-            )
+            count = f"n = {len(members)}"
+            axis.text(0.97, 0.95, count, transform=axis.transAxes, ha="right", va="top")
             if i == 0:
                 axis.set_title(f"{speed:.2f} m/s")
                 axis.set_yscale("log")
@@ -62,7 +68,7 @@ def draw_curves(
 def draw_error_bars(
     title: str, results: Sequence[TrialResult], curves: Mapping[str, ErrorCurve]
 ) -> Figure:
-    """Mean true error of each tracker with bars of one standard deviation, a panel for each speed.
+    """Draws the mean true error of each tracker with bars of one deviation, a panel a speed.
 
     As [IGPF2021] Fig. 14; a trial that has ended keeps its last error.
     """
@@ -74,9 +80,8 @@ def draw_error_bars(
         for place, tracker in enumerate(trackers):
             members = cells.get((tracker, speed), [])
             shift_s = place / len(trackers) * end_s / BAR_COUNT
-            _draw_bars(
-                axis, tracker, shift_s + np.arange(BAR_COUNT) * end_s / BAR_COUNT, members, curves
-            )
+            bars_s = shift_s + np.arange(BAR_COUNT) * end_s / BAR_COUNT
+            _draw_bars(axis, tracker, bars_s, members, curves)
         _draw_threshold(axis, results)
         axis.set_ylim(0.0, 0.45)
         axis.set_xlim(0.0, end_s)
@@ -88,14 +93,14 @@ def draw_error_bars(
 
 
 def shown_speeds(results: Sequence[TrialResult]) -> list[float]:
-    """At most `MOST_SPEEDS` of the tested speeds, the lowest and the highest among them."""
+    """Returns at most `MOST_SPEEDS` tested speeds, the lowest and the highest among them."""
     speeds = sorted({row.speed_mps for row in results})
     places = np.linspace(0, len(speeds) - 1, min(MOST_SPEEDS, len(speeds)))
     return [speeds[round(place)] for place in places.tolist()]
 
 
 def stacked(curves: Sequence[np.ndarray]) -> np.ndarray:
-    """Curves of unequal length side by side; one that has ended keeps its last value.
+    """Puts curves of unequal length side by side; one that has ended keeps its last value.
 
     Else the trials that go on would decide alone, and these are the ones that have not grasped.
 
@@ -112,12 +117,11 @@ def stacked(curves: Sequence[np.ndarray]) -> np.ndarray:
 def _end_s(
     results: Sequence[TrialResult], speed_mps: float, curves: Mapping[str, ErrorCurve]
 ) -> float:
-    """End of the time axis: successes are seen whole, failures as long as there is a contest."""
+    """Returns the end of the time axis: successes are seen whole, failures as long as these."""
     mine = [row for row in results if row.speed_mps == speed_mps]
     shown = [row for row in mine if row.success] or mine
-    return (
-        _MARGIN * float(np.median([len(curves[row.trial_id].true_m) for row in shown])) / CURVE_HZ
-    )
+    lengths = [len(curves[row.trial_id].true_m) for row in shown]
+    return _MARGIN * float(np.median(lengths)) / CURVE_HZ
 
 
 def _panels(title: str, rows: int, columns: int) -> tuple[Figure, list[list[Axes]]]:
@@ -140,18 +144,13 @@ def _draw_cell(
     band: np.ndarray = np.percentile(errors, BAND_PERCENT, axis=0)
     low, middle, high = band
     time_s = np.arange(len(middle)) / CURVE_HZ
-    axis.fill_between(time_s, low, high, color=colour, alpha=0.2, linewidth=0, label="10 to 90 %")
+    draw_band(axis, time_s, low, high, colour, 0.2, label="10 to 90 %")
     axis.plot(time_s, middle, color=colour, linewidth=1.6, label="true, median")
     believed = stacked([curve.servo_m for curve in mine])
     known = np.flatnonzero(2 * np.sum(~np.isnan(believed), axis=0) >= len(mine))
-    axis.plot(
-        known / CURVE_HZ,
-        np.nanmedian(believed[:, known], axis=0),
-        color="black",
-        linewidth=1.0,
-        linestyle=(0, (3, 1.5)),
-        label="the servo's own, median",
-    )
+    middle = np.nanmedian(believed[:, known], axis=0)
+    axis.plot(known / CURVE_HZ, middle, color="black", linewidth=1.0, linestyle=(0, (3, 1.5)),
+              label="the servo's own, median")  # fmt: skip
     _draw_threshold(axis, members)
 
 
@@ -162,7 +161,7 @@ def _draw_bars(
     members: Sequence[TrialResult],
     curves: Mapping[str, ErrorCurve],
 ) -> None:
-    """A line with bars at its own times: those of the trackers stand side by side."""
+    """Draws a line with bars at its own times: those of the trackers stand side by side."""
     if not members:
         return
     errors = stacked([curves[row.trial_id].true_m for row in members])
@@ -171,21 +170,12 @@ def _draw_bars(
     chosen = chosen[chosen < len(mean)]
     colour, marker, line = tracker_style(tracker)
     axis.plot(np.arange(len(mean)) / CURVE_HZ, mean, color=colour, linestyle=line, linewidth=1.0)
-    axis.errorbar(
-        chosen / CURVE_HZ,
-        mean[chosen],
-        yerr=spread[chosen],
-        label=tracker,
-        color=colour,
-        marker=marker,
-        linestyle="none",
-        markersize=3.0,
-        elinewidth=0.8,
-        capsize=1.5,
-    )
+    look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": "none"}
+    look |= {"markersize": 3.0, "elinewidth": 0.8, "capsize": 1.5}
+    axis.errorbar(chosen / CURVE_HZ, mean[chosen], yerr=spread[chosen], label=tracker, **look)
 
 
 def _draw_threshold(axis: Axes, results: Sequence[TrialResult]) -> None:
-    """The paper's criterion is met below."""
+    """Draws the line below which the paper's criterion is met."""
     for threshold in sorted({row.error_threshold for row in results}):
         axis.axhline(threshold, color="black", linewidth=0.8, linestyle=":", label="threshold")

@@ -49,7 +49,7 @@ def write_figures(
 
 
 def curve_settings(results: Sequence[TrialResult]) -> dict[str, list[TrialResult]]:
-    """The settings whose error curves are drawn: those of most trackers, at most `MOST_SETTINGS`.
+    """Returns the settings whose error curves are drawn: at most `MOST_SETTINGS` of most trackers.
 
     In a sweep over many conditions these are the ones in which the control arms ran too.
     """

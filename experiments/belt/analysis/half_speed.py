@@ -102,7 +102,7 @@ def crossing(speeds_mps: np.ndarray, successes: np.ndarray, trials: np.ndarray) 
 
 
 def _fitted(rates: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """The nearest falling rates; SciPy comes without types."""
+    """Returns the nearest falling rates; SciPy comes without types."""
     fit: Any = isotonic_regression(rates, weights=weights, increasing=False)
     return fit.x
 
@@ -135,7 +135,7 @@ def _show_speed(row: TableRow) -> str:
 
 
 def _within(speed_mps: float, row: TableRow) -> str:
-    """The speed, or on which side of the tested ones it lies."""
+    """Shows the speed, or on which side of the tested ones it lies."""
     if math.isinf(speed_mps):
         return f"> {row['fastest_mps']:.2f}" if speed_mps > 0 else f"< {row['slowest_mps']:.2f}"
     return f"{speed_mps:.2f}"

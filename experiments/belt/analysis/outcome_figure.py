@@ -35,7 +35,7 @@ _ROW_IN = 0.17
 
 
 def draw_outcomes(results: Sequence[TrialResult]) -> Figure:
-    """A panel for each tracker, a bar for each setting and speed, failures on success."""
+    """Draws a panel for each tracker, a bar for each setting and speed, failures on success."""
     trackers = trackers_of(results)
     names = [key for key in cell_keys(results) if key != "tracker"]
     names = varying(results, names) or ["speed_mps"]
@@ -66,16 +66,8 @@ def _draw_bar(axis: Axes, place: int, members: Sequence[TrialResult]) -> None:
     for outcome, (colour, hatch) in OUTCOME_STYLES.items():
         share = 100 * counts[outcome] / max(len(members), 1)
         if share:
-            axis.barh(
-                place,
-                share,
-                0.78,
-                left,
-                color=colour,
-                hatch=hatch,
-                edgecolor="white",
-                linewidth=0.4,
-            )
+            axis.barh(place, share, 0.78, left, color=colour, hatch=hatch, edgecolor="white",
+                      linewidth=0.4)  # fmt: skip
         left += share
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -21,7 +22,13 @@ from experiments.belt.analysis.cells import (
 from experiments.belt.config import TrialResult
 from experiments.report.grouping import group_by, varying
 from experiments.report.statistics import wilson_interval
-from experiments.report.style import PAGE_WIDTH_IN, add_legend, panel_grid, tracker_style
+from experiments.report.style import (
+    PAGE_WIDTH_IN,
+    add_legend,
+    draw_band,
+    panel_grid,
+    tracker_style,
+)
 
 TRACKER_LINE = "-"
 """Others are control arms: without a band, and hollow, so that trackers show through."""
@@ -35,7 +42,7 @@ _NEAR_BOUND = 0.5
 
 
 def draw_speed(results: Sequence[TrialResult]) -> Figure | None:
-    """Success against belt speed, trackers with Wilson 95 % bands; None for a single speed.
+    """Draws success against belt speed, trackers with Wilson 95 % bands; None for a single speed.
 
     A panel for each setting. On a belt of constant speed, what the arm's joint speeds rule out for
     every method is hatched (`sim.belt.interception`).
@@ -67,19 +74,12 @@ def _draw_rates(axis: Axes, tracker: str, members: Sequence[TrialResult]) -> Non
     low, high = np.array([wilson_interval(*count) for count in counts]).T
     colour, marker, line = tracker_style(tracker)
     if line == TRACKER_LINE:
-        axis.fill_between(speeds, 100 * low, 100 * high, color=colour, alpha=0.15, linewidth=0)
-    axis.plot(
-        speeds,
-        [100 * successes / n for successes, n in counts],
-        label=tracker,
-        color=colour,
-        marker=marker,
-        linestyle=line,
-        markersize=4.0 if line == TRACKER_LINE else 7.0,
-        markerfacecolor=colour if line == TRACKER_LINE else "none",
-        linewidth=1.2,
-        zorder=3 if line == TRACKER_LINE else 2,
-    )
+        draw_band(axis, speeds, 100 * low, 100 * high, colour)
+        look: dict[str, Any] = {"markersize": 4.0, "markerfacecolor": colour, "zorder": 3}
+    else:
+        look = {"markersize": 7.0, "markerfacecolor": "none", "zorder": 2}
+    rates = [100 * successes / n for successes, n in counts]
+    axis.plot(speeds, rates, marker + line, color=colour, linewidth=1.2, label=tracker, **look)
 
 
 def _draw_bound(axis: Axes, members: Sequence[TrialResult]) -> None:
@@ -106,21 +106,13 @@ def _draw_bound(axis: Axes, members: Sequence[TrialResult]) -> None:
     if max(row.speed_mps for row in members) < _NEAR_BOUND * starts:
         return
     shown = (speeds >= starts - 0.01) & (speeds <= ends + 0.1)
-    axis.fill_between(
-        speeds[shown],
-        100 * share[shown],
-        110.0,
-        facecolor="none",
-        edgecolor="#9A9A9A",
-        hatch="////",
-        linewidth=0.8,
-        label=_BOUND_LABEL,
-    )
+    axis.fill_between(speeds[shown], 100 * share[shown], 110.0, facecolor="none", hatch="////",
+                      edgecolor="#9A9A9A", linewidth=0.8, label=_BOUND_LABEL)  # fmt: skip
     axis.set_xlim(right=ends + 0.1)
 
 
 def draw_matrix(results: Sequence[TrialResult]) -> Figure | None:
-    """Success rates as numbers on colour; None where only tracker and speed vary.
+    """Draws success rates as numbers on colour; None where only tracker and speed vary.
 
     A column for each tracker, a row for each value of what has most values (mostly the condition,
     the easiest above), a panel for each combination of the rest, as speed and motion.
@@ -150,7 +142,7 @@ def draw_matrix(results: Sequence[TrialResult]) -> Figure | None:
 
 
 def _ease(results: Sequence[TrialResult], row_key: str) -> Callable[[Any], float]:
-    """A sort key: values of `row_key` by their success over all trials, the highest first."""
+    """Returns a sort key: values of `row_key` by their success, the highest first."""
     rates = {
         value: -sum(row.success for row in members) / len(members)
         for (value,), members in group_by(results, [row_key]).items()
@@ -158,13 +150,12 @@ def _ease(results: Sequence[TrialResult], row_key: str) -> Callable[[Any], float
     return rates.__getitem__
 
 
+def _rate(rows: Sequence[TrialResult]) -> float:
+    return 100 * sum(row.success for row in rows) / len(rows) if rows else math.nan
+
+
 def _draw_cells(axis: Axes, cells: Sequence[Sequence[Sequence[TrialResult]]]) -> None:
-    rates = np.array(
-        [
-            [100 * sum(r.success for r in rows) / len(rows) if rows else np.nan for rows in line]
-            for line in cells
-        ]
-    )
+    rates = np.array([[_rate(rows) for rows in line] for line in cells])
     axis.imshow(rates, cmap=colormaps["cividis_r"], vmin=0.0, vmax=100.0, aspect="auto")
     axis.grid(visible=False)
     axis.tick_params(length=0)

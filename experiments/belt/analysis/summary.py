@@ -9,7 +9,7 @@ from experiments.report.table import show_number
 
 
 def summary_lines(config: TrialConfig, result: TrialResult, timings: TrialTimings) -> list[str]:
-    """What was tried, how it ended, how exact it was, and what it cost."""
+    """Returns what was tried, how it ended, how exact it was, and what it cost."""
     lines = [
         f"{config.tracker} at {config.speed_mps:g} m/s, seed {config.seed}: "
         f"{config.embodiment}, {config.camera} camera, {config.condition} condition, "
