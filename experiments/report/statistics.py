@@ -71,7 +71,7 @@ def mcnemar_exact(first_only: int, second_only: int) -> float:
 def newcombe_paired_difference(
     both: int, first_only: int, second_only: int, neither: int
 ) -> tuple[float, float, float]:
-    """Returns the difference of two paired success rates (first less second) and its score interval.
+    """Returns the difference of two paired success rates (first less second) and its interval.
 
     Args:
         both: Pairs in which both methods succeeded.
@@ -115,7 +115,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def paired_sample_size(first_only: int, second_only: int, n: int) -> int | None:
-    """Returns how many pairs show a difference like the observed one with a power of 80 % at the 5 % level.
+    """Returns how many pairs show the observed difference with a power of 80 % at the 5 % level.
 
     Args:
         first_only: Pairs in which only the first method succeeded.
