@@ -169,6 +169,9 @@ def read_entries(folder: Path, study: Study[Any, Any]) -> dict[Key, Entry]:
     journal: list[dict[str, Any]] = [json.loads(line) for line in whole_lines(folder / JOURNAL)]
     path = folder / ROWS
     kept = _by_key(path, whole_lines(path), study, rows.header_line(study.row))
+    for path in (folder / TIMINGS, *(curves_path(folder, name) for name in study.curves)):
+        if kept and not (path.exists() and path.stat().st_size):
+            raise ValueError(f"{path} is missing beside {ROWS}; put it back, or {OTHER_FOLDER}")
     path = folder / TIMINGS
     timings = _by_key(path, whole_lines(path), study, timings_header(study))
     curves = {
