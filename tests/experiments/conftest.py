@@ -1,4 +1,4 @@
-"""The toy trial and its sweeps; `toy_trial` and `toy_sweep` are importable from this folder."""
+"""The toy study and made-up rows; `toy_study` and `toy_trial` are importable from this folder."""
 
 import shutil
 import sys
@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import toy_sweep
+import toy_study
 import toy_trial
 
 
@@ -21,46 +21,38 @@ def quick_spawn():
         yield
 
 
-@pytest.fixture
-def toy():
-    """Import path of the toy trial."""
-    return toy_sweep.TOY
-
-
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory):
-    """Folder of an unbroken sweep by one worker; not to be written to."""
-    return _sweep(toy_sweep.PRESET, tmp_path_factory.mktemp("finished") / "toy")
+    """Folder of an unbroken run of the toy by one worker; not to be written to."""
+    folder = tmp_path_factory.mktemp("finished") / "toy"
+    toy_study.run_toy(folder, workers=1)
+    return folder
 
 
 @pytest.fixture
 def unbroken(finished):
-    """Bytes of the rows and curves of an unbroken sweep by one worker."""
-    return toy_sweep.left_by(finished)
+    """Bytes of what an unbroken run by one worker leaves."""
+    return toy_study.left_by(finished)
 
 
 @pytest.fixture
 def copy(finished, tmp_path):
-    """A copy of the unbroken sweep to do harm to."""
+    """A copy of the unbroken run to do harm to."""
     return shutil.copytree(finished, tmp_path / "copy")
 
 
 @pytest.fixture(scope="session")
 def long_unbroken(tmp_path_factory):
-    """Bytes of the rows and curves of an unbroken long sweep by one worker."""
-    folder = _sweep(toy_sweep.LONG_PRESET, tmp_path_factory.mktemp("finished") / "long")
-    return toy_sweep.left_by(folder)
-
-
-def _sweep(preset, folder):
-    toy_sweep.run_sweep(preset, folder, toy_sweep.LocalWorkers(1), run_trial=toy_sweep.TOY)
-    return folder
+    """Bytes of what an unbroken long run leaves."""
+    folder = tmp_path_factory.mktemp("finished") / "long"
+    toy_study.run_toy(folder, toy_study.LONG)
+    return toy_study.left_by(folder)
 
 
 @pytest.fixture
 def toy_environment():
-    """Environment of a new process that can import the toy trial and the project."""
-    return toy_sweep.environment()
+    """Environment of a new process that can import the toy and the project."""
+    return toy_study.environment()
 
 
 @pytest.fixture

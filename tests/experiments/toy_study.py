@@ -1,13 +1,22 @@
-"""Studies for tests of the mechanism: a toy of arithmetic, and small selections of the real ones.
+"""Studies for tests of the mechanism: a toy of arithmetic, and any real one with disturbed work.
 
-`Disturbed` work is slow, raises or is killed where environment variables say so, which spawned
-workers inherit; `python -c "import toy_study; toy_study.main()"` runs a study in a process that can
-be killed.
+Disturbed work is slow, raises or is killed where environment variables say so, which spawned
+workers inherit:
+
+    TOY_SLEEP_S               seconds that every job takes longer
+    TOY_CRASH_SEEDS           seeds of jobs that raise, as 1,2; TOY_CRASH_MESSAGE is what they say
+    TOY_DEADLY_SEEDS          seeds of jobs that kill their worker
+    TOY_KILL_ONCE             file that does not exist: a job of seed 1 kills its worker once
+    TOY_SLOW_ONCE, TOY_SLOW_S file that does not exist: the first job takes so long
+    TOY_LOSES_FILMS           seeds of jobs that end otherwise when they are filmed
+
+`start` runs a study in a process that can be killed.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import signal
 import subprocess
@@ -17,13 +26,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from experiments import studies
-from experiments.study.processes import LocalWorkers
+from experiments.report.report import Report
+from experiments.study.processes import LocalWorkers, ThisProcess
 from experiments.study.rows import JobOutcome
-from experiments.study.run import Options, run
-from experiments.study.study import Each, Result, Score, Study
+from experiments.study.run import Options, Summary, run
+from experiments.study.study import Each, Result, Results, Score, Study
 
 TOY = "toy/sums"
+SELECTION = {"methods": ["pf", "igpf"], "seeds": [0, 1, 2, 3, 4, 5]}
+JOB_COUNT = 12
+LONG = {"methods": ["pf", "igpf"], "seeds": [*range(120)]}
+LONG_COUNT = 240
+SETTINGS = {"gain": 1.0}
 
 
 @dataclass(frozen=True)
@@ -39,21 +53,25 @@ class Sum:
 
 @dataclass(frozen=True)
 class SumRow:
-    """What a sum came to."""
+    """What a part of a sum came to; a job leaves two of them."""
 
     method: str
     seed: int
+    part: str
     outcome: JobOutcome
     value: float | None
     detail: str = ""
 
 
 def add(job: Sum) -> Result[SumRow]:
-    """A row, a curve and a file that depend on the job alone."""
-    value = len(job.method) + job.seed / 7
-    curve = "".join(f"{job.method},{job.seed},{k},{k * value:.9g}\n" for k in range(3))
-    row = SumRow(job.method, job.seed, "done", value)
-    return Result((row,), curves={"curves": curve}, files={f"notes/{job.method}{job.seed}": "x"})
+    """Rows, curves and a file that depend on the job alone."""
+    values = {"half": len(job.method) + job.seed / 7, "whole": 2 * len(job.method) + job.seed / 3.5}
+    curve = "".join(f"{job.method},{job.seed},{k},{k * values['half']:.9g}\n" for k in range(3))
+    return Result(
+        rows=tuple(SumRow(job.method, job.seed, p, "done", v) for p, v in values.items()),
+        curves={"curves": curve},
+        files={f"notes/{job.method}/{job.seed}.txt": f"{job}\n"},
+    )
 
 
 def sums(selection: dict[str, Any]) -> list[Sum]:
@@ -66,9 +84,10 @@ def settings(job: Sum) -> dict[str, object]:
     return {f"method {job.method}": {"gain": SETTINGS["gain"]}}
 
 
-def seed_of(job: Sum) -> int:
-    """Rows stand by seed."""
-    return job.seed
+def seed_of(job: Any) -> int:
+    """The seed of a job of any study; rows of the toy stand by it."""
+    holders = (job, *(getattr(job, name, None) for name in ("config", "world")))
+    return next(found.seed for found in holders if hasattr(found, "seed"))
 
 
 def is_odd(rows: list[SumRow]) -> bool:
@@ -77,65 +96,37 @@ def is_odd(rows: list[SumRow]) -> bool:
 
 
 def score(row: SumRow) -> tuple[int, float] | None:
-    """The value at a seed."""
-    return None if row.value is None else (row.seed, row.value)
+    """The whole value at a seed."""
+    return None if row.value is None or row.part == "half" else (row.seed, row.value)
 
 
 def film(job: Sum, path: Path) -> str:
     """A film of a sum."""
-    if os.environ.get("TOY_LOSES_FILMS"):
+    disturb(job)
+    if str(job.seed) in os.environ.get("TOY_LOSES_FILMS", "").split(","):
         return "error"
     path.write_text(f"film of {job}")
     return "done"
 
 
-SETTINGS = {"gain": 1.0}
-
-STUDY = Study(
-    name=TOY,
-    unit="sum",
-    row=SumRow,
-    key=("method", "seed"),
-    jobs=sums,
-    work=Each(add),
-    settings=settings,
-    report="toy_study:report",
-    title=str,
-    method="method",
-    score=Score(score, "value", higher_is_better=True),
-    order=seed_of,
-    curves={"curves": "method,seed,step,height\n"},
-    is_failure=is_odd,
-    film="toy_study:film",
-)
-SELECTION = {"methods": ["pf", "igpf"], "seeds": [0, 1, 2, 3]}
+def report(results: Results[SumRow]) -> Report:
+    """The number of rows in words."""
+    return Report(f"{len(results.rows)} rows", ())
 
 
-def get_study(name: str) -> Study[Any, Any]:
-    """The toy, or a real study."""
-    return STUDY if name == TOY else studies.get_study(name)
-
-
-@dataclass(frozen=True)
-class Disturbed:
-    """The work of a study, which the environment may slow down, break or kill."""
-
-    work: Any
-
-    def __call__(self, jobs: tuple[Any, ...]) -> Any:
-        """What the work returns, if it gets so far."""
-        time.sleep(float(os.environ.get("TOY_SLEEP_S", "0")))
-        for job in jobs:
-            seed = str(getattr(job, "seed", None) or getattr(job, "config", job).seed)
-            if seed in os.environ.get("TOY_CRASH_SEEDS", "").split(","):
-                raise ZeroDivisionError("the toy broke,\non purpose")
-            if seed in os.environ.get("TOY_DEADLY_SEEDS", "").split(","):
-                os.kill(os.getpid(), signal.SIGKILL)
-            if seed == "1" and _is_first("TOY_KILL_ONCE"):
-                os.kill(os.getpid(), signal.SIGKILL)
-        if _is_first("TOY_SLOW_ONCE"):
-            time.sleep(float(os.environ["TOY_SLOW_S"]))
-        return self.work(jobs)
+def disturb(job: Any) -> None:
+    """Does to the process of a job what the environment says."""
+    time.sleep(float(os.environ.get("TOY_SLEEP_S", "0")))
+    seed = str(seed_of(job))
+    if seed in os.environ.get("TOY_CRASH_SEEDS", "").split(","):
+        message = os.environ.get("TOY_CRASH_MESSAGE", "the toy broke,\non purpose")
+        raise ZeroDivisionError(message)
+    if seed in os.environ.get("TOY_DEADLY_SEEDS", "").split(","):
+        os.kill(os.getpid(), signal.SIGKILL)
+    if seed == "1" and _is_first("TOY_KILL_ONCE"):
+        os.kill(os.getpid(), signal.SIGKILL)
+    if _is_first("TOY_SLOW_ONCE"):
+        time.sleep(float(os.environ["TOY_SLOW_S"]))
 
 
 def _is_first(variable: str) -> bool:
@@ -147,20 +138,68 @@ def _is_first(variable: str) -> bool:
         return False
 
 
-def disturbed(name: str) -> Study[Any, Any]:
-    """The study of that name with disturbed work."""
-    study = get_study(name)
+@dataclass(frozen=True)
+class Disturbed:
+    """The work of a study, which the environment may slow down, break or kill."""
+
+    work: Any
+
+    def __call__(self, jobs: tuple[Any, ...]) -> Any:
+        """What the work returns, if it gets so far."""
+        for job in jobs:
+            disturb(job)
+        return self.work(jobs)
+
+
+STUDY = Study(
+    name=TOY,
+    unit="sum",
+    row=SumRow,
+    key=("method", "seed"),
+    jobs=sums,
+    work=Disturbed(Each(add)),
+    settings=settings,
+    report="toy_study:report",
+    title=str,
+    method="method",
+    score=Score(score, "value", higher_is_better=True),
+    order=seed_of,
+    curves={"curves": "method,seed,step,height\n"},
+    is_failure=is_odd,
+    film="toy_study:film",
+)
+
+
+def get_study(name: str) -> Study[Any, Any]:
+    """The toy, or a real study with disturbed work."""
+    if name == TOY:
+        return STUDY
+    from experiments import studies
+
+    study = studies.get_study(name)
     return replace(study, work=Disturbed(study.work))
 
 
-def main() -> None:
-    """Runs STUDY into FOLDER with a number of processes or on a Dask scheduler."""
-    import json
+def run_toy(
+    folder: Path,
+    selection: dict[str, Any] = SELECTION,
+    *,
+    study: Study[Any, Any] = STUDY,
+    workers: int = 0,
+    **options: Any,
+) -> Summary:
+    """Runs the toy, with so many processes or in this one."""
+    crew = LocalWorkers(workers) if workers else ThisProcess()
+    return run(study, selection, folder, crew, Options(**options))
 
+
+def main() -> None:
+    """Runs a study as `start` says it."""
     _, name, selection, folder, workers, video = sys.argv
     try:
         with make_workers(workers) as crew:
-            run(disturbed(name), json.loads(selection), Path(folder), crew, Options(video=video))  # pyright: ignore[reportArgumentType]
+            options = Options(video=video)  # pyright: ignore[reportArgumentType]
+            run(get_study(name), json.loads(selection), Path(folder), crew, options)
     except OSError as error:
         sys.exit(str(error))
 
@@ -189,11 +228,21 @@ def start(
     selection: dict[str, Any] = SELECTION,
     video: str = "none",
     wrapper: tuple[str, ...] = (),
+    prepare: Any = None,
     **variables: str,
 ) -> subprocess.Popen[str]:
-    """The study in a new process, as the leader of a group that can be killed."""
-    import json
+    """The study in a new process, as the leader of a group that can be killed.
 
+    Args:
+        folder: Where it writes.
+        workers: Number of processes, or address of a Dask scheduler.
+        name: Name of the study.
+        selection: What to run of it.
+        video: As the flag of that name.
+        wrapper: Words before the command line.
+        prepare: Called in the new process before it begins.
+        variables: Environment variables that disturb it.
+    """
     code = "import toy_study; toy_study.main()"
     arguments = [name, json.dumps(selection), str(folder), str(workers), video]
     return subprocess.Popen(
@@ -203,17 +252,26 @@ def start(
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=prepare,
     )
 
 
 def left_by(folder: Path) -> dict[str, bytes]:
     """Bytes of what does not depend on how a study ran."""
-    own = ("timings.csv", "manifest.json", ".lock")
+    own = {"timings.csv", "manifest.json", ".lock"}
+    apart = {"errors", "videos", "tables", "figures"}
+    found = {path.relative_to(folder): path for path in sorted(folder.rglob("*"))}
     return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.name not in own and path.parent.name not in ("errors", "videos")
+        name.as_posix(): path.read_bytes()
+        for name, path in found.items()
+        if path.is_file() and name.name not in own and name.parts[0] not in apart
     }
+
+
+def timed_jobs(folder: Path) -> list[str]:
+    """The beginnings of the lines of `timings.csv`, all but the time."""
+    lines = (folder / "timings.csv").read_text().splitlines()[1:]
+    return [line.rpartition(",")[0] for line in lines]
 
 
 def job_count(folder: Path) -> int:
@@ -242,3 +300,46 @@ def kill(pid: int) -> None:
     """Kills a process that may have ended."""
     with contextlib.suppress(ProcessLookupError):
         os.kill(pid, signal.SIGKILL)
+
+
+def kill_group(process: subprocess.Popen[str]) -> None:
+    """Kills a process that leads a group, with all that it has started, and waits for it."""
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+
+
+def kill_at_random(
+    folder: Path, begin: Any, workers_of: Any, kill_count: int, rng: Any
+) -> tuple[int, int]:
+    """Kills the coordinator or a worker at random moments, and starts the coordinator again.
+
+    Args:
+        folder: Where the study writes.
+        begin: Starts the coordinator.
+        workers_of: Process ids of the workers, given that of the coordinator.
+        kill_count: Number of kills.
+        rng: Draws moments and victims.
+
+    Returns: kills of workers, kills of the coordinator.
+    """
+    kills = {"worker": 0, "coordinator": 0}
+    process, worker_kills_in_a_row = begin(), 0
+    while sum(kills.values()) < kill_count:
+        if rng.random() < 0.7:  # else it may be hit while it starts
+            wait_for_jobs(folder, process, job_count(folder) + 1)
+        time.sleep(rng.uniform(0.0, 0.5))
+        assert process.poll() is None, process.communicate()[1]
+        workers = workers_of(process.pid)
+        # A job whose worker dies three times in one run counts as one that kills its workers.
+        if workers and worker_kills_in_a_row < 2 and rng.random() < 0.6:
+            kill(int(rng.choice(workers)))
+            kills["worker"] += 1
+            worker_kills_in_a_row += 1
+        else:
+            process.kill()
+            process.communicate()
+            kills["coordinator"] += 1
+            process, worker_kills_in_a_row = begin(), 0
+    process.kill()
+    process.communicate()
+    return kills["worker"], kills["coordinator"]

@@ -1,22 +1,20 @@
-"""A stand-in for `experiments.belt.trial.run_trial` that needs no simulator.
-
-Its misbehaviour is steered by environment variables, which spawned workers inherit.
-"""
+"""A stand-in for `experiments.belt.trial.run_trial` that needs no simulator."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-import os
 import random
-import signal
 import time
 from pathlib import Path
 
 import numpy as np
+from toy_study import disturb
 
 from experiments.belt.config import TrialConfig, TrialResult, TrialTimings
-from experiments.belt.curves import ErrorCurve
+from experiments.belt.curves import CURVES, ErrorCurve
+from experiments.belt.study import SweepTrial
+from experiments.study.study import Result
 
 
 def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> TrialResult:
@@ -57,35 +55,17 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
 
 def make_curve(config: TrialConfig) -> ErrorCurve:
     """An error that falls from the belief of 0.3 m and is 2 mm larger in truth."""
-    count = int(os.environ.get("TOY_CURVE_SAMPLES", "10")) + config.seed % 3
+    count = 10 + config.seed % 3
     servo_m = 0.3 * np.exp(-np.arange(count) / 5.0)
     servo_m[0] = math.nan
     return ErrorCurve(servo_m, np.nan_to_num(servo_m, nan=0.3) + 0.002)
 
 
-def _is_first(variable: str) -> bool:
-    """True for the first trial of all processes that gets here; the variable names a marker."""
-    path = os.environ.get(variable)
-    try:
-        return path is not None and Path(path).touch(exist_ok=False) is None
-    except FileExistsError:
-        return False
-
-
 def run_trial(
     config: TrialConfig, video_path: Path | None = None, *, preset: str = "trial"
 ) -> tuple[TrialResult, TrialTimings, str]:
-    """A short trial; slow, crashing or killed where the environment says so."""
-    time.sleep(float(os.environ.get("TOY_SLEEP_S", "0")))
-    if _is_first("TOY_SLOW_ONCE"):
-        time.sleep(float(os.environ["TOY_SLOW_S"]))
-    if str(config.seed) in os.environ.get("TOY_CRASH_SEEDS", "").split(","):
-        message = os.environ.get("TOY_CRASH_MESSAGE", "the toy broke,\non purpose")
-        raise ZeroDivisionError(message)
-    if str(config.seed) in os.environ.get("TOY_DEADLY_SEEDS", "").split(","):
-        os.kill(os.getpid(), signal.SIGKILL)
-    if config.seed == 1 and _is_first("TOY_KILL_ONCE"):
-        os.kill(os.getpid(), signal.SIGKILL)
+    """A short trial, which `toy_study.disturb` may break."""
+    disturb(config)
     row = make_row(config, preset)
     if video_path is not None:
         video_path.write_text(f"video of {config.trial_id}")
@@ -99,3 +79,9 @@ def run_trial(
         physics_ms_per_step=0.2,
     )
     return row, timings, make_curve(config).to_csv(config.trial_id)
+
+
+def run_job(job: SweepTrial, video_path: Path | None = None) -> Result[TrialResult]:
+    """The work of a sweep, by toy trials."""
+    row, timings, curve = run_trial(job.config, video_path, preset=job.preset)
+    return Result((row,), timings, {CURVES: curve})
