@@ -28,7 +28,7 @@ class Manifest:
 
     study: str
     selections: list[Selection] = field(default_factory=list[Selection])
-    """What was asked for, the last first; together these are all jobs of the folder."""
+    """What was asked for, whichever came first; together these are all jobs of the folder."""
     settings: Settings = field(default_factory=dict[str, Any])
     sessions: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
     shard: Shard | None = None
@@ -84,7 +84,7 @@ class Manifest:
         wanted = {study.key_of(job) for job in jobs_of(study, [selection], self.shard)}
         if not wanted <= present:
             others = [s for s in self.selections if not _covers(study, wanted, s, self.shard)]
-            self.selections = [selection, *others]
+            self.selections = sorted([selection, *others], key=json.dumps)
 
     def add_settings(self, wanted: Mapping[str, object], folder: Path) -> None:
         """Adds settings by name; ValueError where the folder holds rows of other ones."""

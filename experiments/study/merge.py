@@ -87,7 +87,7 @@ def merge(study: Study[Any, Any], folders: Sequence[Path], out: Path) -> MergeSu
         whole = Manifest(study.name)
         for part in parts:
             whole.add_settings(part.manifest.settings, part.path)
-            for selection in reversed(part.manifest.selections):
+            for selection in part.manifest.selections:
                 whole.add_selection(study, selection)
             whole.sessions += [s for s in part.sessions if s not in whole.sessions]
         entries = _collect(parts)

@@ -59,8 +59,8 @@ def test_a_second_writer_is_refused_until_the_first_ends(tmp_path):
 
 def test_the_lock_of_a_killed_process_is_free(tmp_path):
     code = (
-        "import sys, time; from pathlib import Path; from experiments.study.files import exclusive\n"
-        "with exclusive(Path(sys.argv[1])): print('locked', flush=True); time.sleep(600)"
+        "import sys, time, pathlib; from experiments.study.files import exclusive\n"
+        "with exclusive(pathlib.Path(sys.argv[1])): print('locked', flush=True); time.sleep(600)"
     )
     command = [toy_study.environment()["PYTHON"], "-c", code, str(tmp_path)]
     environment = toy_study.environment()
