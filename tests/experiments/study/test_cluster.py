@@ -1,158 +1,84 @@
-"""Sweeps on a Dask scheduler and its workers, all on this machine."""
+"""A study on a Dask scheduler and its workers, all on this machine."""
 
-import contextlib
 import gc
-import json
-import os
-import signal
 import socket
-import subprocess
 import sys
 import time
 
 import numpy as np
 import pytest
-import toy_sweep
-from experiments.belt.sweep import run_sweep
-from toy_sweep import LONG_PRESET, PRESET, left_by
+import toy_study
+from toy_cluster import DEADLY_SEED, scheduler
+from toy_study import JOB_COUNT, LONG, LONG_COUNT, SELECTION, STUDY, left_by
 
-from experiments.belt.config import TrialResult, TrialTimings
-from experiments.belt.presets import Preset
 from experiments.study import cluster as dask
-from experiments.study import manifest, records
+from experiments.study import provenance
 from experiments.study.cluster import DaskWorkers
-
-DEADLY_SEED = 99
-
-
-@contextlib.contextmanager
-def started(environment, *words):
-    """A process of Dask's command line; it and what it has started end with the block."""
-    command = [environment["PYTHON"], "-m", "dask", *map(str, words)]
-    process = subprocess.Popen(
-        command,
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    try:
-        yield process
-    finally:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-
-
-def scheduler(environment, path):
-    """A scheduler that writes its address to the file of that path."""
-    flags = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", path)
-    return started(environment, "scheduler", *flags)
-
-
-def address_of(process, path):
-    while process.poll() is None:
-        with contextlib.suppress(
-            FileNotFoundError, json.JSONDecodeError
-        ):  # not there, half written
-            return json.loads(path.read_text())["address"]
-        time.sleep(0.05)
-    raise AssertionError(f"the scheduler ended with {process.returncode}")
-
-
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    """A scheduler with two workers that are replaced when they die: address, process ids now."""
-    folder = tmp_path_factory.mktemp("dask")
-    toy = {"TOY_SLEEP_S": "0.1", "TOY_DEADLY_SEEDS": str(DEADLY_SEED)}
-    environment = toy_sweep.environment() | toy
-    path = folder / "scheduler.json"
-    flags = ("--nthreads", "1", "--nworkers", "2", "--no-dashboard", "--local-directory", folder)
-    with scheduler(environment, path) as head:
-        address = address_of(head, path)
-        with started(environment, "worker", address, *flags) as nanny:
-            with DaskWorkers(address) as workers:
-                while workers.count < 2:
-                    assert nanny.poll() is None
-                    time.sleep(0.05)
-            yield (
-                address,
-                lambda: [pid for pid in toy_sweep.children_of(nanny.pid) if is_dask_worker(pid)],
-            )
-
-
-def is_dask_worker(pid):
-    """Whether it is not multiprocessing's resource tracker."""
-    with contextlib.suppress(OSError), open(f"/proc/{pid}/cmdline", "rb") as file:
-        return b"spawn_main" in file.read()
-    return False
+from experiments.study.folder import read_results
+from experiments.study.manifest import Manifest
+from experiments.study.run import run
 
 
 def test_a_worker_killed_in_the_middle_changes_no_byte(tmp_path, cluster, unbroken):
     address, workers_now = cluster
     folder = tmp_path / "dask"
-    process = toy_sweep.start(folder, address, toy_sweep.environment(), video="failures")
-    toy_sweep.wait_for_rows(folder, process, 4)
+    process = toy_study.start(folder, address, video="failures")
+    toy_study.wait_for_jobs(folder, process, 4)
     victim = workers_now()[0]
-    toy_sweep.kill(victim)
-    assert toy_sweep.row_count(folder) < len(PRESET.trials)
+    toy_study.kill(victim)
+    assert toy_study.job_count(folder) < JOB_COUNT
     _, text = process.communicate(timeout=60)
     assert process.returncode == 0, text
-    assert "with 2 workers" in text
+    assert "toy/sums: 12 sums; 2 workers" in text
     assert victim not in workers_now()
     assert left_by(folder) == unbroken
-    timings = records.read_rows(folder / "timings.csv", TrialTimings)
-    assert [row.trial_id for row in timings] == [trial.trial_id for trial in PRESET.trials]
-    assert manifest.read_manifest(folder)["sessions"][0]["workers"] == 2
-    rows = records.read_rows(folder / "trials.csv", TrialResult)
-    assert len(list((folder / "videos").iterdir())) == sum(not row.success for row in rows)
+    assert len(toy_study.timed_jobs(folder)) == JOB_COUNT
+    assert Manifest.read(folder).sessions[0]["workers"] == 2
+    assert len(list((folder / "videos").iterdir())) == JOB_COUNT // 2
 
 
 @pytest.mark.slow
 def test_twenty_kills_of_coordinator_and_workers_change_no_byte(tmp_path, cluster, long_unbroken):
     address, workers_now = cluster
     folder = tmp_path / "killed"
-    environment = toy_sweep.environment()
 
     def begin():
-        return toy_sweep.start(folder, address, environment, preset=LONG_PRESET)
+        return toy_study.start(folder, address, selection=LONG)
 
     rng = np.random.default_rng(0)
-    kills = toy_sweep.kill_at_random(folder, begin, lambda _: workers_now(), 20, rng)
+    kills = toy_study.kill_at_random(folder, begin, lambda _: workers_now(), 20, rng)
     assert min(kills) > 0
-    assert 0 < toy_sweep.row_count(folder) < len(LONG_PRESET.trials)
+    assert 0 < toy_study.job_count(folder) < LONG_COUNT
     _, text = begin().communicate()
     assert left_by(folder) == long_unbroken, text
-    timings = records.read_rows(folder / "timings.csv", TrialTimings)
-    assert [row.trial_id for row in timings] == [trial.trial_id for trial in LONG_PRESET.trials]
+    assert len(toy_study.timed_jobs(folder)) == LONG_COUNT
 
 
 @pytest.mark.slow
-def test_a_trial_that_kills_its_workers_is_a_row(tmp_path, cluster):
+def test_a_job_that_kills_its_workers_is_a_row(tmp_path, cluster):
     address, _ = cluster
-    preset = Preset("toy", "", PRESET.cells[:1], (0, DEADLY_SEED, 1, 2))
+    selection = {"methods": ["pf"], "seeds": [0, DEADLY_SEED, 1, 2]}
     with DaskWorkers(address) as workers:
-        done = run_sweep(preset, tmp_path / "dask", workers, run_trial=toy_sweep.TOY)
+        done = run(STUDY, selection, tmp_path / "dask", workers)
     assert done.error_count == 1
-    rows = records.read_rows(done.trials_path, TrialResult)
-    assert rows[1].detail == "worker process died 8 times"
+    (row,) = (r for r in read_results(tmp_path / "dask", STUDY).rows if r.outcome == "error")
+    assert (row.seed, row.detail) == (DEADLY_SEED, "worker process died 8 times")
 
 
 @pytest.mark.slow
-def test_a_lost_scheduler_is_one_line_and_the_sweep_goes_on_later(tmp_path):
-    environment, folder = toy_sweep.environment(), tmp_path / "dask"
-    with scheduler(environment, tmp_path / "scheduler.json") as process:
-        address = address_of(process, tmp_path / "scheduler.json")
-        sweep = toy_sweep.start(folder, address, environment)
-        while not (folder / "timings.csv").exists() and sweep.poll() is None:
+def test_a_lost_scheduler_is_one_line_and_the_run_goes_on_later(tmp_path):
+    folder = tmp_path / "dask"
+    with scheduler(tmp_path) as (process, address):
+        study = toy_study.start(folder, address)
+        while not (folder / "rows.csv").exists() and study.poll() is None:
             time.sleep(0.01)
         time.sleep(0.3)
         process.kill()
-        _, text = sweep.communicate(timeout=60)
-    assert sweep.returncode == 1
-    assert "with no workers yet" in text
+        _, text = study.communicate(timeout=60)
+    assert study.returncode == 1
+    assert "no workers yet" in text
     assert text.splitlines()[-1] == (
-        f"the Dask scheduler at {address} is lost; 0 of 16 trials are kept in {folder}, "
+        f"the Dask scheduler at {address} is lost; 0 of 12 are kept in {folder}, "
         "and the same command resumes"
     )
 
@@ -181,21 +107,21 @@ def test_what_is_no_address_is_told(address):
 @pytest.mark.parametrize(
     ("thread_count", "message"),
     [
-        (1, r"runs {'commit': 'old'}, this sweep is of {'commit': 'new'}"),
+        (1, r"runs {'commit': 'old'}, this study is of {'commit': 'new'}"),
         (2, r"has 2 threads, .* start workers with --nthreads 1"),
     ],
 )
 def test_workers_that_are_not_fit_are_refused(tmp_path, monkeypatch, thread_count, message):
     monkeypatch.setattr(dask, "limit_threads", lambda: None)
     versions = iter([{"commit": "new"}] * 2)
-    monkeypatch.setattr(manifest, "provenance", lambda: next(versions, {"commit": "old"}))
+    monkeypatch.setattr(provenance, "provenance", lambda: next(versions, {"commit": "old"}))
     settings = {"processes": False, "n_workers": 1, "dashboard_address": ":0"}
     with (
         dask.distributed.Client(**settings, threads_per_worker=thread_count) as local,
         DaskWorkers(local.scheduler.address) as workers,
         pytest.raises(ValueError, match=message),
     ):
-        run_sweep(PRESET, tmp_path / "dask", workers, run_trial=toy_sweep.TOY)
+        run(STUDY, SELECTION, tmp_path / "dask", workers)
 
 
 def test_without_the_extra_one_line_says_how_to_get_it(monkeypatch):
