@@ -11,6 +11,7 @@ import enum
 import functools
 import hashlib
 import inspect
+import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias, cast
@@ -30,8 +31,10 @@ def describe(value: object) -> Any:
     """Everything in a value that can change a result, as JSON holds it.
 
     Dataclasses and mappings become mappings; arrays and files are hashed; of a function or class
-    the import path counts.
+    the import path counts. ValueError for an object whose values are not known.
     """
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, enum.Enum):
         return value.name
     if value is None or isinstance(value, bool | int | str):
@@ -53,9 +56,11 @@ def describe(value: object) -> Any:
         return {name: describe(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {str(k): describe(v) for k, v in cast(Mapping[Any, Any], value).items()}
+    if isinstance(value, set | frozenset):
+        return sorted(map(describe, cast(set[Any], value)), key=json.dumps)
     if isinstance(value, Iterable):
         return [describe(item) for item in cast(Iterable[Any], value)]
-    return repr(value)
+    raise ValueError(f"settings must be data, files or functions, got {value!r}")
 
 
 def _describe_callable(value: Any) -> str:
