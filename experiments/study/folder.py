@@ -95,12 +95,11 @@ class ResultsFolder(Generic[Job, Row]):
         self._entries[key] = entry
 
     def close(self) -> None:
-        """Writes the files anew where the journal, a crash or a merge left them behind."""
-        journal = self._path / JOURNAL
-        if self.rows_path.exists() and not journal.exists():
-            return
+        """Writes the files anew where they lack what is in the journal, or are in another order."""
         entries = sorted(self._entries.values(), key=lambda entry: self._places[entry.key])
-        write_entries(self._path, self._study, entries)
+        is_in_order = self.rows_path.exists() and entries == [*self._entries.values()]
+        if not is_in_order or (self._path / JOURNAL).exists():
+            write_entries(self._path, self._study, entries)
 
     def rows_of(self, job: Job) -> list[Row]:
         """The typed rows of a job that has ended."""

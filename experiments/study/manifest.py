@@ -14,7 +14,7 @@ from experiments.study.files import write_whole
 from experiments.study.provenance import code_version, session, utc_now
 from experiments.study.settings import Settings
 from experiments.study.shard import Shard
-from experiments.study.study import Job, Row, Selection, Study
+from experiments.study.study import Job, Key, Row, Selection, Study
 
 FILE = "manifest.json"
 FORMAT = 1
@@ -57,7 +57,7 @@ class Manifest:
         shard = known.pop("shard", None)
         try:
             return cls(**known, shard=None if shard is None else Shard.parse(shard))
-        except TypeError as error:
+        except (TypeError, ValueError) as error:
             raise ValueError(f"{path} is not the manifest of a study: {error}") from error
 
     def write(self, folder: Path) -> None:
@@ -79,11 +79,14 @@ class Manifest:
         return jobs_of(study, self.selections, self.shard)
 
     def add_selection(self, study: Study[Job, Row], selection: Selection) -> None:
-        """Adds what a command asks for; one that asks for nothing new changes nothing."""
-        present = {study.key_of(job) for job in self.jobs(study)}
-        wanted = {study.key_of(job) for job in jobs_of(study, [selection], self.shard)}
-        if not wanted <= present:
-            others = [s for s in self.selections if not _covers(study, wanted, s, self.shard)]
+        """Adds what a command asks for, in place of selections that it holds.
+
+        One that another holds changes nothing: what is kept does not depend on which came first.
+        """
+        wanted = _keys(study, selection, self.shard)
+        kept = [(_keys(study, s, self.shard), s) for s in self.selections]
+        if not any(wanted <= keys for keys, _ in kept):
+            others = [s for keys, s in kept if not keys <= wanted]
             self.selections = sorted([selection, *others], key=json.dumps)
 
     def add_settings(self, wanted: Mapping[str, object], folder: Path) -> None:
@@ -172,11 +175,9 @@ def warn_of_mixed_code(manifest: Manifest, folder: Path) -> None:
         print(f"note: earlier rows in {folder} are of code {found}, not {now}", file=sys.stderr)
 
 
-def _covers(
-    study: Study[Job, Row], wanted: set[Any], selection: Selection, shard: Shard | None
-) -> bool:
-    """Whether all jobs of a selection are among the wanted ones."""
-    return {study.key_of(job) for job in jobs_of(study, [selection], shard)} <= wanted
+def _keys(study: Study[Job, Row], selection: Selection, shard: Shard | None) -> set[Key]:
+    """Those of all jobs of a selection."""
+    return {study.key_of(job) for job in jobs_of(study, [selection], shard)}
 
 
 def _part(shard: Shard | None) -> str:

@@ -204,6 +204,11 @@ class TestGrowth:
                 run_toy(tmp_path / name, SELECTION | {"methods": [method]})
         assert left_by(tmp_path / "x") == left_by(tmp_path / "y")
 
+    def test_all_at_once_after_each_alone_leaves_the_bytes_of_all_at_once(self, tmp_path, unbroken):
+        for methods in (["pf"], ["igpf"], ["pf", "igpf"]):
+            run_toy(tmp_path, SELECTION | {"methods": methods})
+        assert left_by(tmp_path) == unbroken
+
     def test_a_part_of_what_is_there_adds_nothing(self, copy, unbroken, capfd):
         done = run_toy(copy, SELECTION | {"methods": ["igpf"]})
         assert done.job_count == JOB_COUNT // 2
