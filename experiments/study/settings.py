@@ -34,7 +34,7 @@ def describe(value: object) -> Any:
     the import path counts. ValueError for an object whose values are not known.
     """
     if isinstance(value, np.generic):
-        value = value.item()
+        return describe(cast(Any, value).item())
     if isinstance(value, enum.Enum):
         return value.name
     if value is None or isinstance(value, bool | int | str):
