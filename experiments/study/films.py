@@ -74,8 +74,6 @@ def make_films(
     """Makes the videos that the folder lacks; the numbers of those there and of complaints."""
     if choice == "none":
         return 0, 0
-    if not study.film:
-        raise ValueError(f"{study.name} has no videos; --video must be none")
     videos = folder.rows_path.parent / VIDEOS
     scenes = [scene for job in jobs if (scene := _scene(study, folder, job, choice)) is not None]
     missing = [scene for scene in scenes if not (videos / scene.file_name).exists()]
@@ -95,7 +93,7 @@ def make_films(
             else:
                 complaint_count += 1
                 line = f"beltgrasp: error: {film.scene.file_name}: {film.complaint}"
-                tqdm.write(line, file=sys.stderr)
+                tqdm.write(" ".join(line.split()), file=sys.stderr)
             bar.update()
     return len(scenes) - complaint_count, complaint_count
 

@@ -14,7 +14,7 @@ import traceback
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Generic, Literal, TypeAlias
+from typing import Any, Generic, Literal, TypeAlias
 
 from tqdm import tqdm
 
@@ -78,9 +78,11 @@ def run(
         workers: Who runs the jobs; the rows do not depend on it.
         options: Shard, retries and videos.
 
-    Raises ValueError, before anything is written, for names that there are not.
+    Raises ValueError, before anything is written, for names and videos that there are not.
     """
     options = options or Options()
+    if options.video != "none" and not study.film:
+        raise ValueError(f"{study.name} has no videos; --video must be none")
     request = Request[Job].of(study, selection, options.shard)
     jobs = request.jobs
     with exclusive(out):
@@ -188,9 +190,9 @@ def _run_missing(
                 failures += study.is_failure(result.rows)
                 if result.error is not None:
                     errors += 1
-                    reason = result.error.rstrip().splitlines()[-1]
-                    line = f"beltgrasp: error: {study.title(job)}: {reason}"
-                    tqdm.write(line, file=sys.stderr)
+                    crashed_row: Any = result.rows[0]
+                    line = f"beltgrasp: error: {study.title(job)}: {crashed_row.detail}"
+                    tqdm.write(" ".join(line.split()), file=sys.stderr)
                 bar.set_postfix_str(_running_counts(failures, errors), refresh=False)
                 bar.update()
 

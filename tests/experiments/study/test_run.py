@@ -242,7 +242,9 @@ class TestCrash:
         assert died.detail == "worker process died 3 times, the last time by SIGKILL"
         assert (tmp_path / "errors" / "pf_3.txt").read_text() == died.detail + "\n"
         lines = capfd.readouterr().err
-        assert "beltgrasp: error: pf, seed 2: " in lines and "on purpose\n" in lines
+        reason = "ZeroDivisionError: the toy broke, on purpose"
+        assert f"beltgrasp: error: pf, seed 2: {reason}\n" in lines
+        assert f"beltgrasp: error: pf, seed 3: {died.detail}\n" in lines
 
     def test_it_is_tried_again_and_leaves_the_bytes_of_an_unbroken_run(
         self, tmp_path, unbroken, monkeypatch

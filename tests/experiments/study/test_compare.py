@@ -1,0 +1,117 @@
+"""Two methods of results folders: which rows a side has, and by what it is judged."""
+
+from pathlib import Path
+
+import pytest
+from toy_study import SELECTION, STUDY, run_toy
+
+from experiments import studies
+from experiments.study import compare
+from experiments.study.compare import Side, verdict_lines
+from experiments.study.folder import read_results
+
+
+@pytest.fixture
+def toy_is_known(monkeypatch):
+    """`experiments.studies` finds the toy."""
+    monkeypatch.setitem(studies.SUBJECTS, "toy", "toy_study")
+
+
+def side(folder, method=""):
+    return Side.of(folder, STUDY, read_results(folder, STUDY).rows, method)
+
+
+def test_a_side_has_the_rows_of_its_method(finished):
+    found = side(finished, "igpf")
+    assert {row.method for row in found.rows} == {"igpf"}
+    assert found.label == f"igpf ({finished})"
+    assert found.scores == {seed: pytest.approx(8 + seed / 3.5) for seed in range(6)}
+
+
+def test_the_only_method_need_not_be_named(tmp_path):
+    run_toy(tmp_path, SELECTION | {"methods": ["pf"]})
+    assert side(tmp_path).method == "pf"
+
+
+def test_what_is_met_by_several_seeds_counts_once(finished):
+    rows = read_results(finished, STUDY).rows
+    twice = Side.of(finished, STUDY, [*rows, *rows], "pf")
+    assert twice.scores == side(finished, "pf").scores
+
+
+def test_a_method_that_is_not_there_is_refused_with_those_that_are(finished):
+    with pytest.raises(ValueError, match=rf"method of {finished} must be one of pf, igpf; got 'x'"):
+        side(finished, "x")
+    with pytest.raises(ValueError, match="must be one of pf, igpf; say which: DIR:METHOD"):
+        side(finished)
+
+
+def test_the_scores_of_both_are_compared_by_the_study_s_measure(finished, monkeypatch):
+    told = {}
+
+    def lines(first, second, name, *, higher_is_better):
+        told.update(first=first, second=second, name=name, higher=higher_is_better)
+        return ["better"]
+
+    monkeypatch.setattr(compare, "comparison_lines", lines)
+    first, second = side(finished, "pf"), side(finished, "igpf")
+    assert verdict_lines(first, second) == ["better"]
+    assert told == {
+        "first": (first.label, first.scores),
+        "second": (second.label, second.scores),
+        "name": "value",
+        "higher": True,
+    }
+
+
+class TestFolders:
+    """What `beltgrasp compare` and `report` take."""
+
+    @pytest.fixture(autouse=True)
+    def known(self, toy_is_known, monkeypatch):
+        monkeypatch.setattr(compare, "comparison_lines", lambda *two, **_: [two[0][0], two[1][0]])
+
+    def test_a_folder_and_a_method(self, finished):
+        assert studies.compare(f"{finished}:pf", f"{finished}:igpf") == [
+            f"pf ({finished})",
+            f"igpf ({finished})",
+        ]
+
+    def test_a_method_that_is_an_import_path(self, tmp_path, finished):
+        run_toy(tmp_path, SELECTION | {"methods": ["my.mod:Tracker", "pf"]})
+        first, _ = studies.compare(f"{tmp_path}:my.mod:Tracker", f"{finished}:pf")
+        assert first == f"my.mod:Tracker ({tmp_path})"
+
+    def test_a_folder_whose_name_has_a_colon(self, tmp_path, finished):
+        folder = tmp_path / "a:b"
+        run_toy(folder, SELECTION | {"methods": ["pf"]})
+        assert studies.compare(str(folder), f"{finished}:pf")[0] == f"pf ({folder})"
+        assert studies.compare(f"{folder}:pf", f"{finished}:pf")[0] == f"pf ({folder})"
+
+    def test_folders_of_two_subjects_have_nothing_in_common(self, finished, tmp_path):
+        from experiments.study.manifest import Manifest
+
+        (tmp_path / "apple").mkdir()
+        Manifest("apple/tables").write(tmp_path / "apple")
+        with pytest.raises(ValueError, match="apple holds no finished filter run yet"):
+            studies.compare(f"{finished}:pf", f"{tmp_path / 'apple'}:kalman")
+
+    @pytest.mark.parametrize("text", ["nowhere", "nowhere:pf", "nowhere:my.mod:It"])
+    def test_a_folder_that_is_not_there(self, text):
+        with pytest.raises(ValueError, match=r"nowhere holds no results: it has no manifest\.json"):
+            studies.compare(text, text)
+
+    def test_the_report_is_that_of_the_folder_s_study(self, finished):
+        assert studies.rebuild_report(finished).text == "24 rows"
+
+    def test_a_folder_of_an_unknown_study_is_refused(self, tmp_path):
+        from experiments.study.manifest import Manifest
+
+        for name, message in (
+            ("dance/waltz", "study must be of belt, video, apple, bearing-only, toy; got 'dance/w"),
+            ("apple/dance", "study must be one of apple/tables, .*; got 'apple/dance'"),
+            ("bearing-only/square", "study must be one of line, .*; got 'square'"),
+        ):
+            Manifest(name).write(tmp_path)
+            with pytest.raises(ValueError, match=message):
+                studies.rebuild_report(Path(tmp_path))
