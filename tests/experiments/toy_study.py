@@ -22,15 +22,16 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from experiments.report.report import Report
-from experiments.study.processes import LocalWorkers, ThisProcess
+from experiments.study.processes import LocalWorkers
 from experiments.study.rows import JobOutcome
 from experiments.study.run import Options, Summary, run
-from experiments.study.study import Each, Result, Results, Score, Study
+from experiments.study.study import Result, Results, Score, Study, load
 
 TOY = "toy/sums"
 SELECTION = {"methods": ["pf", "igpf"], "seeds": [0, 1, 2, 3, 4, 5]}
@@ -72,6 +73,11 @@ def add(job: Sum) -> Result[SumRow]:
         curves={"curves": curve},
         files={f"notes/{job.method}/{job.seed}.txt": f"{job}\n"},
     )
+
+
+def run_sums(jobs: Sequence[Sum]) -> list[Result[SumRow]]:
+    """Adds each sum."""
+    return [add(job) for job in jobs]
 
 
 def sums(selection: dict[str, Any]) -> list[Sum]:
@@ -138,17 +144,28 @@ def _is_first(variable: str) -> bool:
         return False
 
 
-@dataclass(frozen=True)
-class Disturbed:
-    """The work of a study, which the environment may slow down, break or kill."""
+def __getattr__(name: str) -> Any:
+    """The work at an import path with disturbances: `toy_study:module:function`."""
+    if ":" not in name:
+        raise AttributeError(name)
 
-    work: Any
-
-    def __call__(self, jobs: tuple[Any, ...]) -> Any:
-        """What the work returns, if it gets so far."""
+    def disturbed(jobs: Sequence[Any]) -> Any:
         for job in jobs:
             disturb(job)
-        return self.work(jobs)
+        return load(name)(jobs)
+
+    return disturbed
+
+
+@dataclass(frozen=True)
+class ThisProcess:
+    """No worker at all: the work is done here, one task after the other."""
+
+    count: int = 1
+
+    def run_all(self, work: Any, tasks: Any) -> Iterator[Any]:
+        """Yields the answers in their order."""
+        yield from map(work, tasks)
 
 
 STUDY = Study(
@@ -157,7 +174,7 @@ STUDY = Study(
     row=SumRow,
     key=("method", "seed"),
     jobs=sums,
-    work=Disturbed(Each(add)),
+    work="toy_study:toy_study:run_sums",
     settings=settings,
     report="toy_study:report",
     title=str,
@@ -177,7 +194,7 @@ def get_study(name: str) -> Study[Any, Any]:
     from experiments import studies
 
     study = studies.get_study(name)
-    return replace(study, work=Disturbed(study.work))
+    return replace(study, work=f"toy_study:{study.work}")
 
 
 def run_toy(

@@ -69,7 +69,7 @@ def test_a_run_says_where_things_are(tmp_path, monkeypatch, capsys, unbroken):
     monkeypatch.chdir(tmp_path)
     assert ToyCommand(video="failures").run() == 0
     assert capsys.readouterr().out.splitlines() == [
-        f"{JOB_COUNT} sums: out/toy-sums/rows.csv",
+        f"{JOB_COUNT} sums, {JOB_COUNT // 2} failed: out/toy-sums/rows.csv",
         f"{JOB_COUNT // 2} videos: out/toy-sums/videos",
         "tables and figures: beltgrasp report out/toy-sums",
     ]
@@ -79,7 +79,7 @@ def test_a_run_says_where_things_are(tmp_path, monkeypatch, capsys, unbroken):
 def test_seeds_and_shards_are_those_of_the_flags(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert ToyCommand(seeds=2, first_seed=1000, shard="2/2").run() == 0
-    assert "2 sums: out/toy-sums-shard-2-of-2/rows.csv\n" in capsys.readouterr().out
+    assert "2 sums, 2 failed: out/toy-sums-shard-2-of-2/rows.csv\n" in capsys.readouterr().out
     rows = rows_in("out/toy-sums-shard-2-of-2")
     assert [(row.method, row.seed) for row in rows[::2]] == [("pf", 1001), ("igpf", 1001)]
     assert ToyCommand(seeds=1, shard="1/2").run() == 0

@@ -191,7 +191,7 @@ def test_tracebacks_of_a_job_are_kept_one_after_the_other(tmp_path):
     assert path == tmp_path / "errors" / "pf_0.txt"
     one, two = (f"Traceback {number}: no file \\udcff\n" for number in (1, 2))
     assert path.read_text() == f"{one}\n{two}"
-    assert folder.error_count(JOBS) == 1
+    assert folder.counts(JOBS) == (0, 1)
     assert folder.missing(JOBS) == JOBS
     assert folder.missing(JOBS, retry=False) == JOBS[1:]
 

@@ -49,7 +49,6 @@ def test_shards_together_are_the_bytes_of_the_whole(shards, unbroken, tmp_path):
     assert (whole.study, whole.shard, whole.selections) == ("toy/sums", None, [SELECTION])
     assert whole.settings == Manifest.read(shards[0]).settings
     assert [session["shard"] for session in whole.sessions] == ["3/3", "2/3", "1/3"]
-    assert whole.finished_utc
     videos = [path.name for folder in shards for path in (folder / "videos").iterdir()]
     assert sorted(videos) == sorted(path.name for path in (tmp_path / "all" / "videos").iterdir())
     assert len(videos) == JOB_COUNT // 2
@@ -70,10 +69,8 @@ def test_what_is_missing_is_told_and_can_be_run(shards, unbroken, tmp_path):
     assert second.startswith("shard 2/3 lacks 4 of 4 sums: ")
     assert second.endswith("; and 1 more")
     assert third == "shard 3/3 lacks 1 of 4 sums: igpf, seed 5"
-    assert Manifest.read(tmp_path / "all").finished_utc == ""
     run_toy(tmp_path / "all")
     assert left_by(tmp_path / "all") == unbroken
-    assert Manifest.read(tmp_path / "all").finished_utc
 
 
 def test_what_comes_later_is_merged_into_what_is_there(shards, unbroken, tmp_path):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.study.processes import SINGLE_THREAD, LocalWorkers, Lost, ThisProcess
+from experiments.study.processes import SINGLE_THREAD, LocalWorkers, Lost
 
 
 def square(number):
@@ -29,7 +29,7 @@ def sleep_long(path):
     time.sleep(600.0)
 
 
-@pytest.mark.parametrize("workers", [LocalWorkers(1), LocalWorkers(3), ThisProcess()])
+@pytest.mark.parametrize("workers", [LocalWorkers(1), LocalWorkers(3)])
 def test_every_task_is_answered_once(workers):
     assert sorted(workers.run_all(square, range(20))) == [(k, k * k) for k in range(20)]
     assert list(workers.run_all(square, [])) == []

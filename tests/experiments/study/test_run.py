@@ -21,7 +21,6 @@ from experiments.study.manifest import Manifest
 from experiments.study.processes import LocalWorkers
 from experiments.study.run import Interrupted, batches, keep
 from experiments.study.shard import Shard
-from experiments.study.study import Each
 
 
 def rows_in(folder):
@@ -283,28 +282,28 @@ class TestCrash:
         texts = [path.read_text() for path in (tmp_path / "errors").iterdir()]
         assert all(text.endswith("ZeroDivisionError: no file \\udcff\n") for text in texts)
 
-    def test_a_result_that_is_not_of_its_job_is_a_crash(self, tmp_path):
+    def test_a_result_that_is_not_of_its_job_is_a_crash(self, tmp_path, monkeypatch):
         for work, detail in (
-            (Each(_another), "sum igpf 0 returned a row of other 0"),
-            (Each(_no_text), "a cell holds one scalar, got list"),
-            (_nothing, "zip() argument 2 is shorter than argument 1"),
+            (of_others, "sum igpf 0 returned a row of other 0"),
+            (of_lists, "a cell holds one scalar, got list"),
+            (of_nothing, "zip() argument 2 is shorter than argument 1"),
         ):
-            study = replace(STUDY, work=work)
-            assert run_toy(tmp_path, study=study).error_count == JOB_COUNT
+            monkeypatch.setattr(toy_study, "run_sums", work)
+            assert run_toy(tmp_path).error_count == JOB_COUNT
             assert detail in rows_in(tmp_path)[1].detail
 
 
-def _another(job):
-    result = toy_study.add(job)
-    return replace(result, rows=tuple(replace(row, method="other") for row in result.rows))
+def of_others(jobs):
+    results = [toy_study.add(job) for job in jobs]
+    return [replace(r, rows=tuple(replace(row, method="other") for row in r.rows)) for r in results]
 
 
-def _no_text(job):
-    result = toy_study.add(job)
-    return replace(result, rows=tuple(replace(row, detail=[]) for row in result.rows))
+def of_lists(jobs):
+    results = [toy_study.add(job) for job in jobs]
+    return [replace(r, rows=tuple(replace(row, detail=[]) for row in r.rows)) for r in results]
 
 
-def _nothing(jobs):
+def of_nothing(jobs):
     return []
 
 
@@ -489,17 +488,17 @@ def test_the_manifest_says_what_was_asked_for_with_which_settings_and_what_ran_w
     assert session["workers"] == 1
     assert session["packages"]["mujoco"].startswith("3.")
     assert {"commit", "is_dirty", "command", "python", "platform", "cpu"} <= set(session)
-    assert content["finished_utc"] >= session["started_utc"]
+    assert session["ended_utc"] >= session["started_utc"]
 
 
-def test_a_run_that_is_stopped_is_not_said_to_be_finished(copy, monkeypatch):
+def test_a_run_that_is_stopped_has_no_end(copy, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("experiments.study.run._running_counts", interrupt)
     with pytest.raises(Interrupted):
         run_toy(copy, SELECTION | {"seeds": [8, 9]})
-    assert Manifest.read(copy).finished_utc == ""
+    assert "ended_utc" not in Manifest.read(copy).sessions[-1]
 
 
 def test_how_long_it_may_take_is_told_where_jobs_have_been_timed(copy, capfd):

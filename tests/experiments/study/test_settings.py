@@ -6,12 +6,12 @@ import json
 import math
 import subprocess
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import pytest
 import toy_study
 
+from experiments.study.files import write_whole
 from experiments.study.settings import describe, merge
 
 
@@ -48,8 +48,8 @@ def test_a_description_is_json_and_comes_back_equal():
     [
         (Colour.RED, "RED"),
         (math.hypot, "math.hypot"),
-        (Path.read_text, f"{Path.read_text.__module__}.Path.read_text"),
-        (Inner, f"{__name__}.Inner"),
+        (write_whole, "write_whole"),
+        (ValueError, "builtins.ValueError"),
         (functools.partial(math.pow, 2.0), ["math.pow", ["2.0"], {}]),
         (0.1 + 0.2, "0.30000000000000004"),
         (np.float64(0.1 + 0.2), "0.30000000000000004"),
@@ -81,6 +81,14 @@ def test_arrays_count_by_their_values_not_by_how_they_lie_in_memory():
     array = np.arange(6.0).reshape(2, 3)
     assert describe(np.asfortranarray(array)) == describe(array)
     assert describe(array.astype(np.float32)) != describe(array)
+
+
+def test_a_function_from_outside_the_project_counts_by_its_source():
+    """Of the project's own the commit says which it is."""
+    name, _, source = describe(Inner).partition(" ")
+    assert (name, len(source)) == ("Inner", 16)
+    assert describe(Outer) != describe(Inner)
+    assert source not in describe(Outer)
 
 
 def test_files_count_by_their_content(tmp_path):
