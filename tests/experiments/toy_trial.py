@@ -6,6 +6,7 @@ import dataclasses
 import math
 import random
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +64,7 @@ def make_curve(config: TrialConfig) -> ErrorCurve:
 
 def run_trial(
     config: TrialConfig, video_path: Path | None = None, *, preset: str = "trial"
-) -> tuple[TrialResult, TrialTimings, str]:
+) -> Result[TrialResult]:
     """A short trial, which `toy_study.disturb` may break."""
     disturb(config)
     row = make_row(config, preset)
@@ -78,10 +79,14 @@ def run_trial(
         servo_ms_per_step=0.1,
         physics_ms_per_step=0.2,
     )
-    return row, timings, make_curve(config).to_csv(config.trial_id)
+    return Result((row,), timings, {CURVES: make_curve(config).to_csv(config.trial_id)})
 
 
-def run_job(job: SweepTrial, video_path: Path | None = None) -> Result[TrialResult]:
+def run_trials(jobs: Sequence[SweepTrial]) -> list[Result[TrialResult]]:
     """The work of a sweep, by toy trials."""
-    row, timings, curve = run_trial(job.config, video_path, preset=job.preset)
-    return Result((row,), timings, {CURVES: curve})
+    return [run_trial(job.config, job.video_path, preset=job.preset) for job in jobs]
+
+
+def film_trial(job: SweepTrial, path: Path) -> str:
+    """The film of a toy trial."""
+    return run_trial(job.config, path, preset=job.preset).rows[0].outcome
