@@ -1,8 +1,8 @@
 import pytest
-from experiments.belt.sweep import ASSUMED_TRIAL_S
 
 from experiments.belt.config import TrialConfig
 from experiments.belt.presets import PRESETS, Preset, expand
+from experiments.belt.study import selection_of, trials
 
 
 def test_axes_expand_to_their_product():
@@ -21,16 +21,6 @@ def test_an_impossible_cell_is_refused_where_it_is_written():
         expand(speed_mps=[-1.0])
 
 
-def test_trials_visit_every_cell_before_the_next_seed():
-    preset = Preset("p", "", expand(tracker=["pf", "igpf"]), (3, 4))
-    assert [(trial.seed, trial.tracker) for trial in preset.trials] == [
-        (3, "pf"),
-        (3, "igpf"),
-        (4, "pf"),
-        (4, "igpf"),
-    ]
-
-
 @pytest.mark.parametrize(
     ("cells", "seeds"),
     [((), (0,)), (expand(), ()), (expand(), (0, 0)), (expand(tracker=["pf", "pf"]), (0,))],
@@ -43,8 +33,9 @@ def test_empty_and_repeated_axes_are_refused(cells, seeds):
 def test_a_preset_is_restricted_to_trackers_and_seeds():
     preset = Preset("p", "", expand(tracker=["igpf", "oracle"], speed_mps=[0.1, 0.5]), (0, 1, 2))
     assert preset.restricted() == preset
-    small = preset.restricted(["oracle"], 2)
-    assert {(t.tracker, t.seed) for t in small.trials} == {("oracle", 0), ("oracle", 1)}
+    small = preset.restricted(["oracle"], [1000, 1001])
+    assert {cell.tracker for cell in small.cells} == {"oracle"}
+    assert (len(small.cells), small.seeds) == (2, (1000, 1001))
 
 
 def test_a_new_tracker_takes_the_cells_of_the_first():
@@ -61,9 +52,13 @@ def test_a_new_tracker_takes_the_cells_of_the_first():
 def test_every_preset_has_its_name_and_distinct_trials(name):
     preset = PRESETS[name]
     assert preset.name == name
-    assert len({trial.trial_id for trial in preset.trials}) == len(preset.trials)
+    jobs = trials(name, selection_of(preset.cells, preset.seeds))
+    assert len(jobs) == len(preset.cells) * len(preset.seeds)
+    assert len({job.config.trial_id for job in jobs}) == len(jobs)
 
 
 def test_the_demo_leaves_time_for_the_set_up():
-    assert len(PRESETS["demo"].trials) * ASSUMED_TRIAL_S / 2 <= 120.0
-    assert len(PRESETS["smoke"].trials) == 3
+    """Within two minutes by two workers, at some 6 s a trial with a tracker."""
+    demo, smoke = PRESETS["demo"], PRESETS["smoke"]
+    assert len(demo.cells) * len(demo.seeds) * 6.0 / 2 <= 120.0
+    assert len(smoke.cells) * len(smoke.seeds) == 3

@@ -1,38 +1,35 @@
 """Two trackers on the same worlds: pairs, verdicts, and what would decide."""
 
+from pathlib import Path
+
 import pytest
 
-from experiments.belt.analysis.comparison import (
-    Comparison,
-    Contestant,
-    compare,
-    pooled,
-    verdict_lines,
-)
+from experiments.belt.analysis.comparison import Comparison, compare, pooled, verdict_lines
 from experiments.belt.config import TrialConfig
-from experiments.belt.presets import Preset, expand
-from experiments.study import records
+from experiments.belt.presets import expand
+from experiments.belt.study import get_study, selection_of, trials
+from experiments.study.compare import Side
 
 
 @pytest.fixture
-def folder(tmp_path, make_row):
-    """Writes a results folder in which a function of the trial decides."""
+def folder(make_row):
+    """The rows of a folder in which a function of the trial decides, as sides of a comparison."""
 
-    def write(name, cells, decide, seeds=range(20)):
-        (tmp_path / name).mkdir()
-        for config in Preset("p", "", cells, tuple(seeds)).trials:
-            success = decide(config)
-            row = make_row(config, outcome="success" if success else "missed", success=success)
-            records.append_row(tmp_path / name / "trials.csv", row)
-        return tmp_path / name
+    def rows_of(name, cells, decide, seeds=range(20)):
+        rows = []
+        for job in trials("p", selection_of(cells, seeds)):
+            success = decide(job.config)
+            outcome = "success" if success else "missed"
+            rows.append(make_row(job.config, outcome=outcome, success=success))
+        return lambda tracker="": Side.of(Path(name), get_study("belt/p"), rows, tracker)
 
-    return write
+    return rows_of
 
 
 def test_pairs_are_worlds_that_both_have_met(folder):
     mine = folder("mine", expand(tracker=["igpf"], speed_mps=[0.1, 0.5]), lambda c: True)
     other = folder("other", expand(tracker=["pf"], speed_mps=[0.5, 1.0]), lambda c: c.seed < 5)
-    settings = compare(Contestant.parse(str(mine)), Contestant.parse(f"{other}:pf"))
+    settings = compare(mine(), other("pf"))
     assert list(settings.values()) == [Comparison(5, 15, 0, 0)]
 
 
@@ -53,9 +50,9 @@ def test_the_answer_says_how_many_more_worlds_would_decide(folder):
     both = folder(
         "both", expand(tracker=["igpf", "pf"]), lambda c: c.tracker == "igpf" or c.seed > 3
     )
-    first, second = (Contestant.parse(f"{both}:{name}") for name in ("igpf", "pf"))
+    first, second = (both(name) for name in ("igpf", "pf"))
     (head, answer) = verdict_lines(first, second)
-    assert head.startswith(f"igpf ({both}) against pf ({both})")
+    assert head.startswith("igpf (both) against pf (both)")
     needed = Comparison(16, 4, 0, 0).worlds_to_decide
     assert "undecided, +20.0 points" in answer
     assert f"some {needed - 20} more worlds would decide" in answer
@@ -63,7 +60,7 @@ def test_the_answer_says_how_many_more_worlds_would_decide(folder):
 
 def test_equals_are_not_decided_by_more_worlds(folder):
     both = folder("both", expand(tracker=["igpf", "pf"]), lambda c: c.seed > 3)
-    answer = verdict_lines(Contestant.parse(f"{both}:igpf"), Contestant.parse(f"{both}:pf"))[-1]
+    answer = verdict_lines(both("igpf"), both("pf"))[-1]
     assert "as often better as worse" in answer
 
 
@@ -71,7 +68,7 @@ def test_folders_that_differ_in_the_world_have_no_pairs(folder):
     mine = folder("mine", expand(TrialConfig(camera_rate_hz=60.0)), lambda c: True)
     other = folder("other", expand(TrialConfig(gripper_delay_s=0.1)), lambda c: True)
     with pytest.raises(ValueError, match="shared of camera_rate_hz, gripper_delay_s"):
-        compare(Contestant.parse(str(mine)), Contestant.parse(str(other)))
+        compare(mine(), other())
 
 
 def test_particles_are_the_tracker_s_own_but_several_counts_are_kept_apart(folder):
@@ -79,18 +76,18 @@ def test_particles_are_the_tracker_s_own_but_several_counts_are_kept_apart(folde
     many = folder("many", expand(particle_count=[150, 300]), lambda c: c.particle_count == 300)
     both = folder("both", expand(particle_count=[50, 300]), lambda c: True)
     other = folder("other", expand(TrialConfig(particle_count=40)), lambda c: True)
-    one = compare(Contestant.parse(str(few)), Contestant.parse(str(other)))
+    one = compare(few(), other())
     assert list(one.values()) == [Comparison(5, 0, 15, 0)]
-    like = compare(Contestant.parse(str(many)), Contestant.parse(str(both)))
+    like = compare(many(), both())
     assert [(setting[0], pairs.n) for setting, pairs in like.items()] == [(300, 20)]
     with pytest.raises(ValueError, match="shared of particle_count"):
-        compare(Contestant.parse(str(many)), Contestant.parse(str(few)))
+        compare(many(), few())
 
 
 def test_each_setting_has_a_line_named_by_what_varies(folder):
     cells = expand(TrialConfig(condition="dark-3"), tracker=["igpf", "pf"], speed_mps=[0.1, 0.5])
     both = folder("both", cells, lambda c: True)
-    lines = verdict_lines(Contestant.parse(f"{both}:igpf"), Contestant.parse(f"{both}:pf"))
+    lines = verdict_lines(both("igpf"), both("pf"))
     assert [line.split(":")[0].strip() for line in lines[1:]] == [
         "0.10 m/s",
         "0.50 m/s",
@@ -101,11 +98,9 @@ def test_each_setting_has_a_line_named_by_what_varies(folder):
 def test_what_cannot_be_compared_is_told(folder):
     mine = folder("mine", expand(tracker=["igpf", "pf"], speed_mps=[0.1]), lambda c: True)
     other = folder("other", expand(tracker=["pf"], speed_mps=[0.5]), lambda c: True)
-    with pytest.raises(ValueError, match=r"tracker of .*mine must be one of igpf, pf; say which"):
-        Contestant.parse(str(mine))
+    with pytest.raises(ValueError, match=r"tracker of mine must be one of igpf, pf; say which"):
+        mine()
     with pytest.raises(ValueError, match="must be one of igpf, pf; got 'gpf'"):
-        Contestant.parse(f"{mine}:gpf")
+        mine("gpf")
     with pytest.raises(ValueError, match=r"no world in common; no value is shared of speed_mps$"):
-        compare(Contestant.parse(f"{mine}:pf"), Contestant.parse(str(other)))
-    with pytest.raises(ValueError, match=r"nowhere.trials\.csv is missing"):
-        Contestant.parse("nowhere")
+        compare(mine("pf"), other())
