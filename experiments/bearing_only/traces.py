@@ -10,7 +10,7 @@ import pandas as pd
 
 from experiments.bearing_only.config import FlightResult, FlightRun
 from experiments.bearing_only.flying import FlightLog, Flown
-from experiments.study.rows import csv_line
+from experiments.report.table import csv_line
 from tracker.bearing_only.slam import MonocularSlam
 
 TRACES = "traces"

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
-
-from experiments.study.rows import csv_line
 
 TableRow: TypeAlias = dict[str, Any]
 
@@ -99,6 +99,28 @@ def write_tables(folder: Path, tables: Mapping[str, Table]) -> list[Path]:
     return [
         path for name, table in tables.items() if table.rows for path in table.write(folder, name)
     ]
+
+
+def format_cell(value: object) -> str:
+    """One scalar as text: empty for None, true or false, 9 significant digits for a float."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return format(value + 0.0, ".9g")
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, str):
+        return " ".join(value.split()).encode(errors="backslashreplace").decode()
+    raise TypeError(f"a cell holds one scalar, got {type(value).__name__}")
+
+
+def csv_line(cells: Iterable[object]) -> str:
+    """The cells as one CSV line with its line end."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow([format_cell(cell) for cell in cells])
+    return text.getvalue()
 
 
 def words(*keys: str) -> list[Column]:

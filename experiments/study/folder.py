@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Generic
 
+from experiments.report.table import csv_line
 from experiments.study import rows
 from experiments.study.files import append_line, whole_lines, write_whole
 from experiments.study.manifest import OTHER_FOLDER
@@ -213,12 +214,12 @@ def timings_header(study: Study[Any, Any]) -> str:
     """Header of `timings.csv`."""
     if study.timings is not None:
         return rows.header_line(study.timings)
-    return rows.csv_line([*study.key, "wall_s"])
+    return csv_line([*study.key, "wall_s"])
 
 
 def _timings_line(study: Study[Any, Any], key: Key, result: Result[Any]) -> str:
     if study.timings is None:
-        return rows.csv_line([*key, result.wall_s])
+        return csv_line([*key, result.wall_s])
     return "" if result.timings is None else rows.row_line(result.timings)
 
 

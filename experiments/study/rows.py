@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import io
 import types
 import typing
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypeVar, cast
+
+from experiments.report.table import csv_line, format_cell
 
 Row = TypeVar("Row")
 
@@ -19,28 +20,6 @@ JobOutcome: TypeAlias = Literal["done", "error"]
 
 _DETAIL_LIMIT = 1000
 """Characters of an error's message in its row; Python reads no cell of more than 131 072."""
-
-
-def format_cell(value: object) -> str:
-    """One scalar as text: empty for None, true or false, 9 significant digits for a float."""
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, float):
-        return format(value + 0.0, ".9g")
-    if isinstance(value, int):
-        return str(value)
-    if isinstance(value, str):
-        return " ".join(value.split()).encode(errors="backslashreplace").decode()
-    raise TypeError(f"a cell holds one scalar, got {type(value).__name__}")
-
-
-def csv_line(cells: Iterable[object]) -> str:
-    """The cells as one CSV line with its line end."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow([format_cell(cell) for cell in cells])
-    return text.getvalue()
 
 
 def columns(row_type: type[Any]) -> list[str]:

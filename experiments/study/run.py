@@ -18,6 +18,7 @@ from typing import Any, Generic, Literal, TypeAlias
 
 from tqdm import tqdm
 
+from experiments.report.table import format_cell
 from experiments.study import rows
 from experiments.study.files import exclusive
 from experiments.study.films import VideoChoice, make_films
@@ -151,7 +152,7 @@ def _check(study: Study[Job, Row], job: Job, result: Result[Row]) -> None:
     """Raises where a result is not that of its job, or cannot be written."""
     key = study.key_of(job)
     for row in result.rows:
-        found = tuple(rows.format_cell(getattr(row, name)) for name in study.key)
+        found = tuple(format_cell(getattr(row, name)) for name in study.key)
         if found != key:
             raise RuntimeError(f"{study.unit} {' '.join(key)} returned a row of {' '.join(found)}")
         rows.row_line(row)

@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
-from experiments.study.rows import format_cell
+from experiments.report.table import format_cell
 
 Job = TypeVar("Job")
 Row = TypeVar("Row")

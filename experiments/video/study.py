@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.study.rows import csv_line
+from experiments.report.table import csv_line
 from experiments.study.study import Score, Selection, Study
 from experiments.video.job import AFFINE, AFFINE_COLUMNS, HITS, KEY, VideoJob, VideoRow
 from experiments.video.protocols import PROTOCOLS

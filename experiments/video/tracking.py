@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from experiments import seeding
+from experiments.report.table import csv_line
 from experiments.study.provenance import code_version
-from experiments.study.rows import csv_line, row_line
+from experiments.study.rows import row_line
 from experiments.study.study import Result
 from experiments.video.affine_scores import AffineReferee
 from experiments.video.images import SequenceError
