@@ -19,6 +19,7 @@ import structure
 from experiments import cli
 from experiments.belt.config import TrialConfig
 from experiments.belt.presets import PRESETS
+from experiments.belt.study import SweepTrial, trial_settings
 
 ROOT = Path(__file__).resolve().parent.parent
 HERE = Path(__file__).resolve()
@@ -151,12 +152,11 @@ def is_placeholder(name: str) -> bool:
 
 def check(command: Any) -> int:
     """In place of running the command: whether the names that it was given exist."""
-    from experiments.catalogue import check_names
-
     if isinstance(config := getattr(command, "config", None), TrialConfig):
         named = "tracker embodiment camera object motion condition predictor".split()
         open_fields = [field for field in named if is_placeholder(getattr(config, field))]
-        check_names(replace(config, **{f: getattr(TrialConfig(), f) for f in open_fields}))
+        known = replace(config, **{f: getattr(TrialConfig(), f) for f in open_fields})
+        trial_settings(SweepTrial("trial", known))
     preset = getattr(command, "preset", None)
     return 0 if preset is None or preset in PRESETS or is_placeholder(preset) else 1
 
@@ -310,7 +310,7 @@ def test_a_path_that_leads_nowhere_is_found() -> None:
         )
     ]
     right = "`sim/` `tests/test_docs.py` `test_docs.py` `scripts/*.py --check` `assets/NAME.xml`"
-    assert not missing_paths(f"{right} `sim.belt` `out/x.mp4` `results/loop/trials.csv`", ROOT)
+    assert not missing_paths(f"{right} `sim.belt` `out/x.mp4` `results/loop/rows.csv`", ROOT)
 
 
 def test_command_lines_are_found() -> None:

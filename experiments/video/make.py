@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from experiments.report.report import Report
-from experiments.report.table import Column, Table
+from experiments.report.table import Table, words
 from experiments.seeding import Stream, generator
 from experiments.study.files import write_whole
 from experiments.study.provenance import package_version, provenance
@@ -105,14 +105,11 @@ def write_index(results: Results[RenderRow]) -> Report:
     """Writes `README.md` and the table of the sequences of a folder."""
     rows = results.good
     table = Table(
-        tuple(
+        [
             {"name": r.name, "challenges": r.attributes, "frames": r.frames, "shows": r.description}
             for r in rows
-        ),
-        tuple(
-            Column(name, lambda row, name=name: str(row[name]))
-            for name in ("name", "challenges", "frames", "shows")
-        ),
+        ],
+        words("name", "challenges", "frames", "shows"),
     )
     names = [row.name for row in rows]
     readme = README.format(
