@@ -8,11 +8,10 @@ from experiments.apple.estimates import (
     KALMAN,
     KALMAN_SIGNED,
     PARTICLES,
-    estimate_rows,
-    read_estimates,
-    write_estimates,
+    collect_estimates,
 )
 from experiments.apple.published import TABLES, published_table
+from experiments.apple.study import estimate_jobs, run_estimates
 from experiments.apple.tables import (
     agreement_table,
     all_tables,
@@ -21,19 +20,21 @@ from experiments.apple.tables import (
     folding_table,
     ratio_table,
 )
-from tracker.apple.filters import PointFilterConfig
+
+
+def rows_of(seed_count):
+    jobs = estimate_jobs({"filter": {}, "seeds": range(seed_count)})
+    return [row for result in run_estimates(jobs) for row in result.rows]
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    path = tmp_path_factory.mktemp("apple")
-    write_estimates(path, estimate_rows(PointFilterConfig(), 100))
-    return path
+def rows():
+    return rows_of(100)
 
 
 @pytest.fixture(scope="module")
-def estimates(folder):
-    return read_estimates(folder)
+def estimates(rows):
+    return collect_estimates(rows)
 
 
 def test_every_image_of_every_filter_has_a_row(estimates):
@@ -99,20 +100,17 @@ def test_every_table_can_be_shown(estimates):
         assert table.to_csv().count("\n") == len(table.rows) + 1
 
 
-def test_one_seed_has_no_deviation(tmp_path):
-    write_estimates(tmp_path, estimate_rows(PointFilterConfig(), 1))
-    table = estimate_table(read_estimates(tmp_path), 1)
+def test_one_seed_has_no_deviation():
+    table = estimate_table(collect_estimates(rows_of(1)), 1)
     assert table.rows[1]["particles_sd_x_deg"] is None
     assert " - |" in table.to_markdown()
 
 
-def test_a_folder_without_all_rows_is_refused(folder, tmp_path):
-    with pytest.raises(ValueError, match="is missing or empty; `beltgrasp apple tables` writes it"):
-        read_estimates(tmp_path)
-    lines = (folder / "estimates.csv").read_text().splitlines(keepends=True)
-    (tmp_path / "estimates.csv").write_text("".join(lines[:-1]))
-    with pytest.raises(ValueError, match="does not hold every image of kalman-signed, table 2"):
-        read_estimates(tmp_path)
-    (tmp_path / "estimates.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(ValueError, match="the columns are those of another version"):
-        read_estimates(tmp_path)
+def test_a_filter_that_has_not_seen_every_image_is_refused(rows):
+    message = "the rows do not hold every image of kalman-signed, table 2"
+    for some in (
+        rows[:-1],
+        [row for row in rows if (row.table, row.filter) != (2, "kalman-signed")],
+    ):
+        with pytest.raises(ValueError, match=message):
+            collect_estimates(some)

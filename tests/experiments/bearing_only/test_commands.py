@@ -23,12 +23,12 @@ def flown(tmp_path_factory):
     out = tmp_path_factory.mktemp("flown") / "out"
     done = beltgrasp(*CIRCLE, "--controllers", "gradient,known-pose", "--workers", 2, "--out", out)
     assert done.returncode == 0, done.stderr
-    assert f"4 flights: {out / 'runs.csv'}" in done.stdout
+    assert f"4 flights: {out / 'rows.csv'}" in done.stdout
     return out
 
 
 def test_rows_are_in_order_and_do_not_depend_on_workers_or_interruptions(flown, tmp_path):
-    with (flown / "runs.csv").open() as file:
+    with (flown / "rows.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [(row["controller"], row["seed"]) for row in rows] == [
         (name, seed) for name in ("gradient", "known-pose") for seed in "01"
@@ -37,14 +37,14 @@ def test_rows_are_in_order_and_do_not_depend_on_workers_or_interruptions(flown, 
     parts = [*CIRCLE, "--workers", "1", "--out", str(tmp_path)]
     assert cli.run([*parts, "--controllers", "known-pose"]) == 0
     assert cli.run([*parts, "--controllers", "gradient"]) == 0
-    for name in ("runs.csv", "curves.csv.gz"):
+    for name in ("rows.csv", "curves.csv.gz"):
         assert (tmp_path / name).read_bytes() == (flown / name).read_bytes()
     traces = sorted(path.name for path in (flown / "traces").iterdir())
     assert traces == ["gradient_prior0.2_v2.5.csv", "gradient_prior0.2_v2.5_map.csv"]
 
 
 def test_the_report_has_tables_and_figures(flown, capsys):
-    assert cli.run(["bearing-only", "report", str(flown)]) == 0
+    assert cli.run(["report", str(flown)]) == 0
     text = capsys.readouterr().out
     assert "dead reckoning" in text
     for name in ("tables/errors.md", "tables/ratios.csv", "figures/top_view_prior0.2.png",
@@ -61,8 +61,10 @@ def test_what_the_user_got_wrong_is_one_line(flown, tmp_path, capsys):
         (["circle", *out, "--landmarks", "-1"], "landmark_count must be 0 or greater, got -1"),
         (["circle", *out, "--seeds", "0"], "seeds must be 1 or greater, got 0"),
         (["circle", *out, "--workers", "0"], "workers must be 1 or greater, got 0"),
-        (["line", "--out", str(flown)], f"{flown} holds results of circle, not of line"),
-        (["report", str(tmp_path)], f"{tmp_path} holds no results of `beltgrasp bearing-only`"),
+        (
+            ["line", "--out", str(flown)],
+            f"{flown} holds results of bearing-only/circle, not of bearing-only/line; choose",
+        ),
     ):
         assert cli.run(["bearing-only", *words]) == 2
         captured = capsys.readouterr()
@@ -72,5 +74,8 @@ def test_what_the_user_got_wrong_is_one_line(flown, tmp_path, capsys):
 
 def test_a_film_is_made(tmp_path):
     words = "bearing-only circle --seeds 1 --iterations 6 --landmarks 10 --controllers follow"
-    assert cli.run([*words.split(), "--workers", "1", "--video", "--out", str(tmp_path)]) == 0
-    assert (tmp_path / "videos" / "circle_follow_seed0.mp4").stat().st_size > 1000
+    words = [*words.split(), "--workers", "1", "--video", "all", "--out", str(tmp_path)]
+    assert cli.run(words) == 0
+    (film,) = (tmp_path / "videos").iterdir()
+    assert film.stat().st_size > 1000
+    assert film.name.startswith("PASS_tracked_circle_follow_prior_0.2_2.5_m_s_seed_0_")

@@ -23,7 +23,7 @@ RUN = FlightRun("circle-pixels", "log-det", seed=1000, iteration_count=12)
 
 def command(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "experiments.cli", "bearing-only", *words],
+        [sys.executable, "-m", "experiments.cli", *words],
         capture_output=True,
         text=True,
         check=False,
@@ -31,11 +31,21 @@ def command(*words: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_command_flies_films_and_reports(tmp_path: Path):
-    words = ("circle", "--pixels", "--controllers", "turn", "--seeds", "1", "--first-seed", "1000")
+    words = (
+        "bearing-only",
+        "circle",
+        "--pixels",
+        "--controllers",
+        "turn",
+        "--seeds",
+        "1",
+        "--first-seed",
+        "1000",
+    )
     words = (*words, "--iterations", "12", "--workers", "1", "--out", str(tmp_path))
-    run = command(*words, "--video")
+    run = command(*words, "--video", "all")
     assert run.returncode == 0, run.stderr
-    rows = list(csv.DictReader((tmp_path / "runs.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "rows.csv").open()))
     assert [row["outcome"] for row in rows] == ["tracked"]
     assert rows[0]["study"] == "circle-pixels" and rows[0]["landmark_count"] == "0"
     assert 0.0 < float(rows[0]["target_error_m"]) < 3.0
@@ -43,10 +53,12 @@ def test_the_command_flies_films_and_reports(tmp_path: Path):
     assert float(rows[0]["landmarks_in_view"]) > 15
     assert float(rows[0]["seen_share"]) == 1.0
     (video,) = (tmp_path / "videos").iterdir()
-    assert video.name == "circle-pixels_turn_seed1000.mp4" and video.stat().st_size > 10_000
-    before = (tmp_path / "runs.csv").read_bytes()
+    assert (
+        video.name.startswith("PASS_tracked_circle-pixels_turn_") and video.stat().st_size > 10_000
+    )
+    before = (tmp_path / "rows.csv").read_bytes()
     assert command(*words).returncode == 0
-    assert (tmp_path / "runs.csv").read_bytes() == before
+    assert (tmp_path / "rows.csv").read_bytes() == before
     report = command("report", str(tmp_path))
     assert report.returncode == 0, report.stderr
     assert (tmp_path / "tables" / "errors.md").exists()
