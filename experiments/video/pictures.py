@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 
 from experiments.report.style import figure_style, save_figure, tracker_style
 from experiments.study.manifest import Manifest
+from experiments.video.images import SequenceError
 from experiments.video.job import VideoJob
 from experiments.video.results import OtbResults
 from experiments.video.sequences import VideoSequence, find_sequences, load_sequence
@@ -28,13 +29,17 @@ def write_strip(folder: Path, results: OtbResults) -> list[Path]:
     names, root = _spread(results.sequences("ope")), _root_of(results.path)
     if not (names and root.is_dir() and (results.path / "boxes").is_dir()):
         return []
-    found = find_sequences(root)
+    try:
+        found = find_sequences(root)
+        sequences = [load_sequence(name, found[name]) for name in names]
+    except (KeyError, SequenceError):
+        return []
     trackers = results.trackers("ope")
     with figure_style():
         figure = Figure(figsize=(2.4 * FRAME_COUNT, 1.9 * len(names) + 0.3), layout="constrained")
         axes = figure.subplots(len(names), FRAME_COUNT, squeeze=False)
-        for row, name in zip(axes, names, strict=True):
-            _draw_row(list(row), load_sequence(name, found[name]), results)
+        for row, sequence in zip(axes, sequences, strict=True):
+            _draw_row(list(row), sequence, results)
         handles = [Line2D([], [], color=tracker_style(t)[0], label=t) for t in trackers]
         handles.append(Line2D([], [], color="#888888", linestyle=":", label="truth"))
         figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
