@@ -1,13 +1,17 @@
-import hashlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from toy_study import ThisProcess, left_by
 
-from experiments.video import make
+from experiments import cli, studies
+from experiments.study.files import whole_lines
+from experiments.study.folder import read_results
+from experiments.study.processes import LocalWorkers
+from experiments.study.run import run
 from experiments.video.clips import RECIPES, Recipe
-from experiments.video.commands import Make
 from experiments.video.sequences import GROUND_TRUTH, VideoSequence, load_sequence
+from experiments.video.study import get_study
 from sim.video.clip import Actor, Clip, Moves
 from sim.video.motion import Wave
 
@@ -16,24 +20,32 @@ CLIP = Clip(
     Actor((64, 48), moves=Moves((Wave(20.0, (4.0, 8.0)),))),
     frame_count=3,
 )
+STUDY = get_study("video/sequences")
 TINY = {"Drift": Recipe(("FM", "MB"), CLIP), "Stay": Recipe(("IV",), replace(CLIP, frame_count=2))}
+
+
+def shrink(patch):
+    """Leaves two tiny sequences in the benchmark."""
+    for name in [*RECIPES]:
+        patch.delitem(RECIPES, name)
+    for name, recipe in TINY.items():
+        patch.setitem(RECIPES, name, recipe)
 
 
 @pytest.fixture
 def tiny(monkeypatch):
-    monkeypatch.setattr(make, "RECIPES", TINY)
+    shrink(monkeypatch)
 
 
 def load(root, name) -> VideoSequence:
     return load_sequence(name, root / name / GROUND_TRUTH)
 
 
-def contents(folder):
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {
-        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in files
-    }
+def make(out, names=("Drift", "Stay"), seed=0):
+    """What `beltgrasp otb make` does, in this process."""
+    done = run(STUDY, {"names": list(names), "seed": seed}, out, ThisProcess())
+    studies.rebuild_report(out)
+    return done
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +53,8 @@ def made(tmp_path_factory):
     """Both tiny sequences, made once; do not write into the folder."""
     out = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(make, "RECIPES", TINY)
-        make.make_benchmark(out)
+        shrink(patch)
+        make(out)
     return out
 
 
@@ -77,82 +89,68 @@ def test_the_corners_bound_the_box(made):
 
 
 def test_the_index_names_sequences_seed_and_command(made):
-    lines = (made / "sequences.csv").read_text().splitlines()
-    assert lines[0].startswith("name,attributes,frames,seed,recipe,beltgrasp,")
-    assert [line.split(",")[:4] for line in lines[1:]] == [
-        ["Drift", "FM MB", "3", "0"],
-        ["Stay", "IV", "2", "0"],
+    rows = read_results(made, STUDY).rows
+    assert [(row.name, row.attributes, row.frames, row.seed) for row in rows] == [
+        ("Drift", "FM MB", 3, 0),
+        ("Stay", "IV", 2, 0),
     ]
-    readme = (made / "README.md").read_text()
-    assert "beltgrasp otb make --out DIR --seed 0\n" in readme
-    assert "| Stay | IV | 2 | a panel drifts |" in readme
+    assert rows[0].description == "a panel drifts"
+    assert rows[0].mujoco_version.startswith("3.")
+    lines = [line.strip() for line in whole_lines(made / "README.md")]
+    assert any(line.startswith("beltgrasp otb make --out DIR --seed 0") for line in lines)
+    assert any("Stay" in line and "a panel drifts" in line for line in lines)
+    assert "source.json" not in (made / "README.md").read_text()
 
 
 def test_a_sequence_does_not_depend_on_the_others(tiny, made, tmp_path):
-    assert make.make_benchmark(tmp_path, ["Stay"]) == ["Stay"]
-    assert contents(tmp_path / "Stay") == contents(made / "Stay")
+    make(tmp_path, ["Stay"])
+    alone, all_of_them = left_by(tmp_path), left_by(made)
+    images = {name: data for name, data in alone.items() if name.startswith("Stay/")}
+    assert len(images) == 2 + 4
+    assert images == {name: d for name, d in all_of_them.items() if name.startswith("Stay/")}
     assert "--only Stay" in (tmp_path / "README.md").read_text()
 
 
-def test_what_is_there_is_not_made_again_and_half_of_one_is(tiny, made, tmp_path, monkeypatch):
-    make.make_benchmark(tmp_path, ["IV"])
+def test_what_is_there_is_not_made_again(tiny, made, tmp_path):
+    make(tmp_path, ["Stay"])
     stamp = (tmp_path / "Stay" / "affine.csv").stat().st_mtime_ns
-    half = tmp_path / ".Drift.part" / "img"
-    half.mkdir(parents=True)
-    (half / "0009.jpg").touch()
-    assert make.make_benchmark(tmp_path) == ["Drift", "Stay"]
+    make(tmp_path)
     assert (tmp_path / "Stay" / "affine.csv").stat().st_mtime_ns == stamp
-    assert contents(tmp_path) == contents(made)
+    assert left_by(tmp_path) == left_by(made)
 
 
-def test_an_interrupted_sequence_leaves_no_folder(tiny, tmp_path, monkeypatch):
+def test_what_breaks_leaves_no_sequence_by_half(tiny, tmp_path, monkeypatch):
     def breaks(clip, rng):
-        raise KeyboardInterrupt
+        raise ZeroDivisionError("on purpose")
         yield
 
-    monkeypatch.setattr(make, "shoot", breaks)
-    with pytest.raises(KeyboardInterrupt):
-        make.make_benchmark(tmp_path, ["Stay"])
+    monkeypatch.setattr("experiments.video.make.shoot", breaks)
+    done = run(STUDY, {"names": ["Stay"], "seed": 0}, tmp_path, ThisProcess())
+    assert done.error_count == 1
     assert not (tmp_path / "Stay").exists()
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"seed": 1}, "Drift was made with seed 0, not 1; choose another folder"),
-        ({"names": ["Nope"]}, "no sequence or attribute 'Nope'; sequences: Drift, Stay"),
-        ({"workers": 0}, "workers must be 1 or greater, got 0"),
-        ({"seed": -1}, "seed must be 0 or greater, got -1"),
-    ],
-)
-def test_what_cannot_be_made_is_refused_in_one_line(tiny, made, change, message):
-    with pytest.raises(ValueError, match=message):
-        make.make_benchmark(made, **change)
-
-
-def test_a_foreign_folder_and_another_recipe_are_not_overwritten(tiny, tmp_path, monkeypatch):
-    (tmp_path / "Stay").mkdir()
-    with pytest.raises(ValueError, match="Stay was not made by this command"):
-        make.make_benchmark(tmp_path, ["Stay"])
-    (tmp_path / "Stay").rmdir()
-    make.make_benchmark(tmp_path, ["Stay"])
-    changed = {"Stay": Recipe(("IV",), replace(CLIP, noise_levels=9.0, frame_count=2))}
-    monkeypatch.setattr(make, "RECIPES", changed)
-    with pytest.raises(ValueError, match="Stay was made with recipe"):
-        make.make_benchmark(tmp_path)
-
-
-def test_the_command_makes_what_it_is_asked_for(tiny, tmp_path, capsys):
-    assert Make(out=tmp_path, only=("Stay,",), workers=1).run() == 0
-    assert capsys.readouterr().out == f"1 sequence: {tmp_path}\n"
-    with pytest.raises(ValueError, match="attributes: IV, SV"):
-        Make(out=tmp_path, only=("XX",), workers=1).run()
+def test_another_seed_and_another_recipe_are_refused(tiny, tmp_path, monkeypatch):
+    make(tmp_path, ["Stay"])
+    with pytest.raises(ValueError, match="other settings: seed was 0, is 1; choose another folder"):
+        make(tmp_path, seed=1)
+    other = Recipe(("IV",), replace(CLIP, noise_levels=9.0, frame_count=2))
+    monkeypatch.setitem(RECIPES, "Stay", other)
+    with pytest.raises(ValueError, match=r"clip Stay\.clip\.noise_levels was \S+, is 9\.0; choose"):
+        make(tmp_path)
+    with pytest.raises(ValueError, match="seed must be 0 or greater, got -1"):
+        make(tmp_path, seed=-1)
 
 
 @pytest.mark.slow
-def test_two_processes_write_the_same_files_as_one(tmp_path):
-    names = ["Speck", "Exit"]
-    assert set(names) <= set(RECIPES)
-    for workers in (1, 2):
-        make.make_benchmark(tmp_path / str(workers), names, seed=3, workers=workers)
-    assert contents(tmp_path / "1") == contents(tmp_path / "2")
+def test_the_command_makes_what_it_is_asked_for_with_any_number_of_processes(tmp_path, capsys):
+    selection = {"names": ["Speck", "Exit"], "seed": 3}
+    run(STUDY, selection, tmp_path / "1", ThisProcess())
+    run(STUDY, selection, tmp_path / "2", LocalWorkers(2))
+    assert left_by(tmp_path / "1") == left_by(tmp_path / "2")
+    words = ["otb", "make", "--only", "Exit", "--seed", "3", "--workers", "1"]
+    assert cli.run([*words, "--out", str(tmp_path / "3")]) == 0
+    assert f"1 sequence: {tmp_path / '3' / 'rows.csv'}\n" in capsys.readouterr().out
+    assert "--only Exit" in (tmp_path / "3" / "README.md").read_text()
+    exits = {n: d for n, d in left_by(tmp_path / "3").items() if n.startswith("Exit/")}
+    assert exits and exits.items() <= left_by(tmp_path / "1").items()
