@@ -54,6 +54,11 @@ def make_row(config: TrialConfig, preset: str = "toy", **changes: object) -> Tri
     return TrialResult(**(values | changes))  # pyright: ignore[reportArgumentType]
 
 
+def trials_of(cells: Sequence[TrialConfig], seeds: Sequence[int]) -> list[TrialConfig]:
+    """Every cell at every seed, in the order of the rows of a sweep."""
+    return [dataclasses.replace(cell, seed=seed) for seed in seeds for cell in cells]
+
+
 def make_curve(config: TrialConfig) -> ErrorCurve:
     """An error that falls from the belief of 0.3 m and is 2 mm larger in truth."""
     count = 10 + config.seed % 3

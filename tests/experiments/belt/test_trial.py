@@ -22,7 +22,7 @@ IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)
 
 @pytest.fixture(scope="module")
 def igpf_row():
-    return trial.run_trial(IGPF)[0]
+    return trial.run_trial(IGPF).rows[0]
 
 
 def test_igpf_lifts_the_box_by_sight(igpf_row):
@@ -33,11 +33,11 @@ def test_igpf_lifts_the_box_by_sight(igpf_row):
 
 def test_same_trial_gives_the_same_row_whatever_ran_before(igpf_row):
     trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.5, seed=7))
-    assert trial.run_trial(IGPF)[0] == igpf_row
+    assert trial.run_trial(IGPF).rows[0] == igpf_row
 
 
 def test_igpf_lifts_the_box_where_depth_has_noise_and_holes():
-    row = trial.run_trial(replace(IGPF, condition="depth-3"))[0]
+    row = trial.run_trial(replace(IGPF, condition="depth-3")).rows[0]
     assert row.outcome == "success" and row.track_rmse_m < 0.005
 
 
@@ -73,13 +73,13 @@ def test_tracker_sees_images_only(monkeypatch):
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_oracle_lifts_every_object_and_renders_nothing(name):
-    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", object=name, speed_mps=0.5, seed=1))
+    (row,) = trial.run_trial(TrialConfig(tracker="oracle", object=name, speed_mps=0.5, seed=1)).rows
     assert row.clean_success and row.gl_renderer == "none"
 
 
 def test_oracle_lifts_the_box_off_the_turntable():
     config = TrialConfig(tracker="oracle", motion="turntable", seed=2)
-    row, *_ = trial.run_trial(config)
+    (row,) = trial.run_trial(config).rows
     assert row.clean_success
     angle_rad = row.time_to_grasp_s * config.speed_mps / RADIUS_M
     assert row.belt_used_m == pytest.approx(angle_rad * RADIUS_M, rel=0.2)  # not at the radius
@@ -87,14 +87,14 @@ def test_oracle_lifts_the_box_off_the_turntable():
 
 @pytest.mark.slow
 def test_igpf_lifts_the_box_off_the_turntable_by_sight():
-    row, *_ = trial.run_trial(TrialConfig(tracker="igpf", motion="turntable", seed=1))
+    (row,) = trial.run_trial(TrialConfig(tracker="igpf", motion="turntable", seed=1)).rows
     assert row.clean_success and row.track_rmse_m < 0.005
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", OBJECTS)
 def test_igpf_lifts_every_object_by_sight(name):
-    row, *_ = trial.run_trial(TrialConfig(tracker="igpf", object=name, seed=1))
+    (row,) = trial.run_trial(TrialConfig(tracker="igpf", object=name, seed=1)).rows
     assert row.clean_success and row.track_rmse_m < 0.005
 
 
@@ -116,8 +116,8 @@ def test_light_goes_down_after_the_first_look_and_long_before_the_fingers_close(
 def test_a_still_belt_ends_in_a_timeout_not_in_an_exception(monkeypatch):
     monkeypatch.setattr(environment, "TIME_LIMIT_S", 2.0)
     monkeypatch.setattr(cell, "_compiled", cell._compiled.__wrapped__)
-    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
-    row, *_ = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0))
+    (row,) = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0)).rows
+    (row,) = trial.run_trial(TrialConfig(tracker="oracle", speed_mps=0.0, seed=0)).rows
     assert row.outcome == "timeout" and not row.success
 
 

@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 import pytest
+from toy_trial import trials_of
 
 from experiments.belt.analysis.cell_tables import (
     blame_table,
@@ -13,13 +14,13 @@ from experiments.belt.analysis.cell_tables import (
     tracking_table,
 )
 from experiments.belt.config import TrialConfig, TrialTimings
-from experiments.belt.presets import Preset, expand
+from experiments.belt.presets import expand
 
 
 @pytest.fixture
 def results(make_row):
     cells = expand(tracker=["igpf", "pf"], speed_mps=[0.1, 0.5])
-    return [make_row(config) for config in Preset("p", "", cells, tuple(range(10))).trials]
+    return [make_row(config) for config in trials_of(cells, range(10))]
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from toy_trial import trials_of
 
 from experiments.belt.analysis.cells import cell_sizes
 from experiments.belt.analysis.curve_figures import shown_speeds, stacked
@@ -12,7 +13,7 @@ from experiments.belt.analysis.figures import MOST_SETTINGS, curve_settings
 from experiments.belt.analysis.outcome_figure import OUTCOME_STYLES, draw_outcomes
 from experiments.belt.analysis.success_figures import draw_matrix, draw_speed
 from experiments.belt.config import Outcome, TrialConfig
-from experiments.belt.presets import Preset, expand
+from experiments.belt.presets import expand
 from experiments.report.style import TRACKER_STYLES, file_name, tracker_style
 
 
@@ -21,7 +22,7 @@ def sweep(make_row):
     """Rows in which `decide(config)` says what succeeds."""
 
     def make(decide, seeds=range(2), **axes):
-        trials = Preset("p", "", expand(**axes), tuple(seeds)).trials
+        trials = trials_of(expand(**axes), seeds)
         return [make_row(c, success=bool(decide(c))) for c in trials]
 
     return make

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from toy_trial import trials_of
 
 from experiments.belt.analysis.half_speed import crossing, half_speed, half_speed_table
 from experiments.belt.config import TrialConfig
-from experiments.belt.presets import Preset, expand
+from experiments.belt.presets import expand
 
 SPEEDS = [0.2, 0.4, 0.6, 0.8, 1.0]
 
@@ -17,7 +18,7 @@ def sweep(make_row):
     """Rows of a tracker that succeeds where `decide(speed, seed)` says so."""
 
     def make(decide, seed_count, speeds=SPEEDS):
-        trials = Preset("p", "", expand(speed_mps=speeds), tuple(range(seed_count))).trials
+        trials = trials_of(expand(speed_mps=speeds), range(seed_count))
         return [make_row(c, success=bool(decide(c.speed_mps, c.seed))) for c in trials]
 
     return make
