@@ -19,6 +19,7 @@ from experiments.apple.commands import Apple
 from experiments.bearing_only.commands import BearingOnly
 from experiments.belt.commands import Sweep, Trial, View
 from experiments.study.command import INTERRUPT_EXIT, USAGE_EXIT
+from experiments.study.provenance import code_version, package_version
 from experiments.video.commands import Otb
 
 # Everything heavy is imported inside the commands, so that --help answers at once.
@@ -125,7 +126,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Runs a command line and returns its exit code; what the user got wrong becomes one line."""
-    command = _parse(sys.argv[1:] if arguments is None else arguments)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if words == ["--version"]:
+        print(f"beltgrasp {package_version('beltgrasp')}, commit {code_version()}")
+        return 0
+    command = _parse(words)
     if isinstance(command, int):
         return command
     try:
@@ -159,7 +164,7 @@ def _parse(arguments: Sequence[str]) -> Command | int:
             return tyro.cli(
                 Command,
                 prog="beltgrasp",
-                description="Vision-guided grasping from a moving conveyor, in MuJoCo.",
+                description="Vision-guided grasping from a moving conveyor, in MuJoCo; --version names this one.",
                 args=arguments,
                 config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
             )

@@ -1,6 +1,7 @@
 """The command line: what it prints, its exit codes, and the one line that a mistake gets."""
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -45,6 +46,11 @@ def test_help_names_every_command(capsys):
     text = capsys.readouterr().out
     for command in ("trial", "sweep", "merge", "report", "compare", "list", "view", "otb"):
         assert f"• {command}" in text
+
+
+def test_the_version_is_that_of_package_and_code(capsys):
+    assert cli.run(["--version"]) == 0
+    assert re.fullmatch(r"beltgrasp \d+\.\d+\.\d+, commit \S+\n", capsys.readouterr().out)
 
 
 def test_help_needs_no_heavy_import(toy_environment):
