@@ -164,7 +164,7 @@ def _parse(arguments: Sequence[str]) -> Command | int:
             return tyro.cli(
                 Command,
                 prog="beltgrasp",
-                description="Vision-guided grasping from a moving conveyor, in MuJoCo (--version: which).",
+                description="Vision-guided grasping from a moving conveyor, in MuJoCo.",
                 args=arguments,
                 config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
             )
