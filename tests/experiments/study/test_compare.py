@@ -1,5 +1,6 @@
 """Two methods of results folders: which rows a side has, and by what it is judged."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -46,22 +47,16 @@ def test_a_method_that_is_not_there_is_refused_with_those_that_are(finished):
         side(finished)
 
 
-def test_the_scores_of_both_are_compared_by_the_study_s_measure(finished, monkeypatch):
-    told = {}
-
-    def lines(first, second, name, *, higher_is_better):
-        told.update(first=first, second=second, name=name, higher=higher_is_better)
-        return ["better"]
-
-    monkeypatch.setattr(compare, "comparison_lines", lines)
-    first, second = side(finished, "pf"), side(finished, "igpf")
-    assert verdict_lines(first, second) == ["better"]
-    assert told == {
-        "first": (first.label, first.scores),
-        "second": (second.label, second.scores),
-        "name": "value",
-        "higher": True,
-    }
+def test_the_scores_of_both_are_compared_by_the_study_s_measure(finished):
+    """The values are higher with the longer name, at every seed, and higher is better."""
+    first, second = side(finished, "igpf"), side(finished, "pf")
+    text = "\n".join(verdict_lines(first, second))
+    assert text.startswith(f"{first.label} against {second.label}, value, higher is better, 6 p")
+    assert f"{first.label} is better in 6, equal in 0, worse in 0" in text
+    assert f"{second.label} is better in 0" in "\n".join(verdict_lines(second, first))
+    study = replace(STUDY, score=replace(STUDY.score, higher_is_better=False))
+    lower = [replace(one, study=study) for one in (first, second)]
+    assert f"{first.label} is better in 0" in "\n".join(verdict_lines(*lower))
 
 
 class TestFolders:
@@ -69,7 +64,10 @@ class TestFolders:
 
     @pytest.fixture(autouse=True)
     def known(self, toy_is_known, monkeypatch):
-        monkeypatch.setattr(compare, "comparison_lines", lambda *two, **_: [two[0][0], two[1][0]])
+        def labels(first, second):
+            return [first.label, second.label]
+
+        monkeypatch.setattr(compare, "verdict_lines", labels)
 
     def test_a_folder_and_a_method(self, finished):
         assert studies.compare(f"{finished}:pf", f"{finished}:igpf") == [
