@@ -65,13 +65,27 @@ def run_estimates(jobs: Sequence[EstimateJob]) -> list[Result[EstimateRow]]:
 
 
 def rendered_settings(job: Any) -> Mapping[str, object]:
-    """The methods and masks that are tried, and the noise of the arm's pose."""
+    """The methods and masks that are tried, all that they are set to, and the arm's pose noise."""
     from experiments.apple.methods import METHODS
     from experiments.apple.observer import MASKS
     from sim.apple.eye_in_hand import PoseNoise
+    from tracker.apple.next_view import NextViewConfig
+    from tracker.apple.outline_views import OutlineModelConfig
+    from tracker.apple.segmentation import SegmentationConfig
+    from tracker.apple.silhouette_fit import SilhouetteFitConfig
+    from tracker.apple.single_view import SingleViewConfig
 
     del job
-    return {"methods": list(METHODS), "masks": list(MASKS), "pose noise": PoseNoise()}
+    configs = (
+        SegmentationConfig(),
+        SingleViewConfig(),
+        PointFilterConfig(),
+        SilhouetteFitConfig(),
+        OutlineModelConfig(),
+        NextViewConfig(),
+    )
+    own = {type(config).__name__: config for config in configs}
+    return {"methods": [*METHODS], "masks": [*MASKS], "pose noise": PoseNoise(), **own}
 
 
 def filter_settings(job: EstimateJob) -> Mapping[str, object]:

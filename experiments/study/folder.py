@@ -118,10 +118,14 @@ class ResultsFolder(Generic[Job, Row]):
 
     def counts(self, jobs: Iterable[Job]) -> tuple[int, int]:
         """How many of these jobs have ended in a failure, and how many have crashed."""
-        present = [job for job in jobs if self._study.key_of(job) in self._entries]
-        crashed = [job for job in present if self._entries[self._study.key_of(job)].is_error]
-        ended = [job for job in present if job not in crashed]
-        return sum(self._study.is_failure(self.rows_of(job)) for job in ended), len(crashed)
+        failures = crashes = 0
+        for job in jobs:
+            entry = self._entries.get(self._study.key_of(job))
+            if entry is not None and entry.is_error:
+                crashes += 1
+            elif entry is not None:
+                failures += self._study.is_failure(self.rows_of(job))
+        return failures, crashes
 
     def _keep_traceback(self, key: Key, error: str) -> None:
         """Adds a traceback to those of earlier tries."""
