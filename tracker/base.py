@@ -1,7 +1,5 @@
 """What every tracker of warps reports of an image: an estimate and a status."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import StrEnum
 

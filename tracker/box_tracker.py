@@ -3,8 +3,6 @@
 Boxes are (x, y, w, h) in pixels, x and y of the upper left corner counted from 0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

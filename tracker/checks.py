@@ -1,7 +1,5 @@
 """What the settings of the trackers may be: one line that names the bad value and the good ones."""
 
-from __future__ import annotations
-
 import difflib
 import math
 from collections.abc import Collection

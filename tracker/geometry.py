@@ -7,8 +7,6 @@ axes. [Wu2022] calls R(q) "world to robot" in Eq. 2 and multiplies body incremen
 `R_camera_world`, while x is forward in its Eqs. 13 and 15.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A small synthetic conveyor scene: textured box top on a textured belt, seen in perspective."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass

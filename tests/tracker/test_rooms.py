@@ -1,7 +1,5 @@
 """Which subject of the trackers may import which: the arrows point one way."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

@@ -8,8 +8,6 @@ logarithm; both are smooth through the identity. Elements without a principal lo
 so check `is_valid` before `log` where particles may have strayed.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

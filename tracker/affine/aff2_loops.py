@@ -6,8 +6,6 @@ the arguments, so some have one, `like`, of which only the shape counts. All com
 import and are cached on disk.
 """
 
-from __future__ import annotations
-
 import math
 
 import numba

@@ -5,8 +5,6 @@
 dropped image does no harm.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field

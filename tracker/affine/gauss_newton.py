@@ -1,7 +1,5 @@
 """Gauss-Newton ascent of the likelihood of one image, without a prior."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tracker.affine import aff2

@@ -4,8 +4,6 @@ A 6 x 6 system a particle: NumPy's and LAPACK's overhead would exceed the arithm
 Compiled at first use and cached on disk.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -7,8 +7,6 @@ same R serves importance function and weights. A hidden pixel costs what an aver
 costs, so warps are not rewarded for sliding under an occluder.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Protocol

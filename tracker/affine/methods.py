@@ -1,7 +1,5 @@
 """The filters of [IGPF2021] by name: what PF, GPF and IGPF differ in, whatever they follow."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal
 

@@ -5,8 +5,6 @@ little more than reading the image. Arrays are float32 and contiguous, `scratch`
 Compiled at first use and cached on disk.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -4,8 +4,6 @@ Both return warps with `log p(X_k | X_{k-1}) - log q(X_k | X_{k-1}, y_k)`, the p
 [IGPF2021] Eq (11) that the likelihood does not give.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

@@ -4,8 +4,6 @@ Every resampler has the signature `(particles, context, rng) -> Particles`. The 
 particles and are unbiased; the Gaussian ones place new warps and follow [IGPF2021] section 3.1.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

@@ -5,8 +5,6 @@ which it runs on. Tangent vectors list scale, aspect, rotation, shear, x, y; tra
 template units in both.
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

@@ -7,8 +7,6 @@ the only reading in which Eqs. (1) and (2) and both tables agree. OpenCV's camer
 down.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tracker.geometry import rotation_about_fixed_axes

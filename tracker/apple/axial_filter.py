@@ -6,8 +6,6 @@ images is again of this form and Λ their sum: no linearisation, no start, no or
 [Zhou2011] says nothing about the tilt along the line of sight, and J says so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

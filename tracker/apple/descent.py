@@ -1,7 +1,5 @@
 """Levenberg-Marquardt steps of many hypotheses at once; the views' own parameters eliminated."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tracker.apple.hypotheses import (

@@ -5,8 +5,6 @@ What stands in front of a fruit only takes from its region, so a point outside t
 against it more than one inside.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

@@ -5,8 +5,6 @@ measures it directly. The three coordinates are filtered on their own and never 
 a model the Kalman filter is exact, and particles only approximate it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ errors of the camera's pose allowed for, and so the axis's covariance afterwards
 the explanations would look from there says how far it would tell them apart.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ outline outwards, how deep the calyx sits, and for each view a small error of th
 hypotheses are evaluated at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -6,8 +6,6 @@ distance q / |∇q| needs no normal, but with its norm held fixed in the derivat
 fits to one side: the radius came out 6 % too small.)
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The views of one fruit as arrays: rays of outline points, calyxes, and where bare skin is."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ into the fruit: points that are not on the convex hull of the region are dropped
 leaf are trusted less, and the ellipse keeps those that agree with the others.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import cv2

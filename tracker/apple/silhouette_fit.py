@@ -10,8 +10,6 @@ The cost has several valleys, so Gauss-Newton steps start from axes all over the
 once, while the loss narrows from tolerant to robust.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

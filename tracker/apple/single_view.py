@@ -7,8 +7,6 @@ perspective forms measure the cone of rays that touch the fruit instead: what [Z
 the image plane, they read off the plane across the line of sight.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import StrEnum

@@ -10,8 +10,6 @@ the dual form of [Hartley2004] Result 8.9 written out with rays in place of pixe
 inside the outline. Vectors are in the robot's frame.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Frames: images in OpenCV pixels (u to the right, v down, the centre of the first
 the camera with x right, y down and z forward; the robot's base, in which attitudes are stated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ Source: [Bradski1998]; [Wu2022] section 6.1.2 finds its target so, and gives no 
 Pixels count as those of `PinholeCamera`; see `tracker.bearing_only.corners`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 

@@ -1,7 +1,5 @@
 """How to move: look at the target, keep the distance, move aside with the speed left over."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 

@@ -4,8 +4,6 @@ Pixels count as those of `PinholeCamera`: from the image's upper left edge, so t
 the first pixel is (0.5, 0.5). OpenCV counts from that middle.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 

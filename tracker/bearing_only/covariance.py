@@ -4,8 +4,6 @@ That of 200 landmarks does not fit into the cache near the core, and its copies 
 the filter: so its upper half alone is kept, in memory that is taken once.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ mostly zeros, and arrays of small blocks are bound by overhead. Only entries (i,
 read or written; what stands below the diagonal means nothing.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -6,8 +6,6 @@ wanted motion as far as the camera still sees the target, and the wheels drive f
 along it at the wanted speed: a saw-tooth that creeps aside, as one parks a car.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Compiled loops over the landmarks of a map: pixels, coordinates, and how far from linear."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ and elevation of the ray in the world, and the inverse of the depth along it. On
 well known has three: its coordinates. All functions work on many landmarks at once.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """The image sensor: measures landmarks and target, as pixels with ids, in an image."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import cv2

@@ -1,7 +1,5 @@
 """Who the landmarks in the state are, where their numbers stand, and how often they were found."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

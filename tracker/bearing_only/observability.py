@@ -13,8 +13,6 @@ at zero it is one step along the gradient. Eq. 14 then normalises the step, so t
 factor 1/2 of Eqs. 16 to 23 have no effect.
 """
 
-from __future__ import annotations
-
 from typing import Literal, TypeAlias
 
 import numpy as np

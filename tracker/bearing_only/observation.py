@@ -1,7 +1,5 @@
 """The target's pixel, and how it changes with the target and with the pose of the vehicle."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

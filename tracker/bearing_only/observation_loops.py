@@ -1,7 +1,5 @@
 """Compiled: points in the camera, and the derivatives of their pixels."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -3,8 +3,6 @@
 One picture, because OpenCV's Lucas-Kanade compares many points of two pictures in one call.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

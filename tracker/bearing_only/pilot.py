@@ -1,7 +1,5 @@
 """Estimator and controller in one: the pose, then the target, then the motion."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol, TypeAlias
 

@@ -1,7 +1,5 @@
 """Where a pilot gets its pose from, and how odometry moves it on."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

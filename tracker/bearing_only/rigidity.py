@@ -4,8 +4,6 @@ Where the edge of something near crosses an edge far behind it there is a corner
 smoothly, and that every comparison of patches believes. A map with a few of those drifts away.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any

@@ -5,8 +5,6 @@ each while their depth is uncertain and three afterwards. Source: [Civera2008], 
 section 3 takes; the quaternion there is an error state here, so that nothing need be normalised.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

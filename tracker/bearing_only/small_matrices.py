@@ -4,8 +4,6 @@ For compiled code alone: Numba loses the type of what a cached function returns 
 from Python as well as from another cached function.
 """
 
-from __future__ import annotations
-
 from typing import TypeAlias
 
 import numpy as np

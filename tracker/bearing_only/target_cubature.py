@@ -1,7 +1,5 @@
 """Constant velocity again, but with cubature points and a square root of the covariance."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

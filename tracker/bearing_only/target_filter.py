@@ -1,7 +1,5 @@
 """Extended Kalman filters of a target by its pixel alone, with the vehicle's own doubt in them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """Straight or turning: an interacting multiple-model filter that weighs both at every step."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

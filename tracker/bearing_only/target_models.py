@@ -4,8 +4,6 @@ States are (..., 3) position, (..., 3) velocity and, for the turn, the turn rate
 axis. Every function broadcasts over leading axes.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

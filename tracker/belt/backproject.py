@@ -4,8 +4,6 @@ Source: the 3-D reconstruction module of [IGPFPatent]. Occlusion gives bias, not
 from too little of the target, or of a size that is not the target's, is marked not usable.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

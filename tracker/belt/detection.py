@@ -6,8 +6,6 @@ on the full template. Starts a track and finds the target again after a loss.
 Source: [IGPF2021] Algorithm 1, step (b).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A particle filter on the warp of a template in overhead images, with its photometric noise."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

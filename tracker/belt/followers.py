@@ -5,8 +5,6 @@ rotation, and the target's size is known from the camera: so a box moves the war
 by the motion of its centre, while a tracker that knows an affine warp moves it by that.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Protocol
 

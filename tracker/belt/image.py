@@ -1,7 +1,5 @@
 """What a tracker is shown: an image with depth, of which only the part looked at need exist."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias, cast
 

@@ -7,8 +7,6 @@ resolution beside its true place. So a track counts as unconfirmed until a detec
 image's border agrees with it; one that finds a better match elsewhere starts the track anew.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 

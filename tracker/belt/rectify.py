@@ -9,8 +9,6 @@ overhead image the column grows with world y and the row with world x, which is 
 (not mirrored).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """When a track counts as supported by the image, as uncertain or as lost."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from tracker.checks import require_count, require_positive, require_share

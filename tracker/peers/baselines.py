@@ -4,8 +4,6 @@
 in OpenCV's contrib modules, which are not in the wheel that is installed by default.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

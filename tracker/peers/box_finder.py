@@ -1,7 +1,5 @@
 """What every baseline shares: it finds a box or fails, and the last box is held where it fails."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Protocol
 

@@ -4,8 +4,6 @@ OpenCV's `findTransformECC` does it: Gauss-Newton steps on the correlation of te
 [ECC2008], in the forward-additive form.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 from dataclasses import dataclass

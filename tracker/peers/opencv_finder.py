@@ -1,7 +1,5 @@
 """OpenCV's trackers as box finders, made reproducible."""
 
-from __future__ import annotations
-
 import ctypes
 import sys
 from collections.abc import Mapping

@@ -9,8 +9,6 @@ Such a class is made with a `numpy.random.Generator` and has two methods:
 loop the images are the overhead ones, and detection and reconstruction are those of every tracker.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import inspect

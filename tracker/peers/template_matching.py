@@ -1,7 +1,5 @@
 """Template matching: the first picture of the target, slid over a window around the last place."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -4,8 +4,6 @@ The patches of a tracked target change; their running average, anchored on the f
 template, and where a basis is kept their main variations cost nothing.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

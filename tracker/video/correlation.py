@@ -5,8 +5,6 @@ Features are orientation histograms of gradients [HOG2005] and cell means of gre
 knows translation, and size where several are tried [SAMF2014]; particles know the rest of the warp.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

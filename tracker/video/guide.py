@@ -5,8 +5,6 @@ boosted particle filters [Okuma2004]. Its window may turn with the target: a his
 forgets what it has learnt within some 20 degrees.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

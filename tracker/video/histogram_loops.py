@@ -3,8 +3,6 @@
 Compiled at first use and cached on disk.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ the target it does not forget. What a confident match scores differs from target
 is compared with its own average.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -4,8 +4,6 @@ A few hundred particles on six dimensions leave their noise in the mean, and wha
 find the target hides what would place it exactly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

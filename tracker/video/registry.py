@@ -1,7 +1,5 @@
 """The particle filters for videos by name, where size and motion of the target are unknown."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from tracker.affine.methods import METHODS

@@ -3,8 +3,6 @@
 Sequential Karhunen-Loeve update with forgetting, as in the incremental visual tracker [Ross2008].
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The displayed equations of [IGPF2021] section 3.1 are lost in the text at hand, 
 other things. `docs/method.md` compares what these rows measure.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, cast
 

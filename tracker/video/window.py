@@ -3,8 +3,6 @@
 What follows then costs the same for every image size and every distance of the target.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2
