@@ -12,8 +12,7 @@ from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.controllers import Controller, get_controller
 from experiments.bearing_only.studies import STUDIES
 from experiments.seeding import Stream, generator
-from tracker.bearing_only.control import ControlConfig
-from tracker.bearing_only.differential_drive import DifferentialDrive
+from tracker.bearing_only.control import ControlConfig, DifferentialDrive
 from tracker.bearing_only.measurements import PinholeCamera
 from tracker.bearing_only.pilot import PilotConfig
 from tracker.bearing_only.slam import SlamConfig

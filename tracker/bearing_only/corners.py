@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.bearing_only.measurements import FeatureObservation
-from tracker.bearing_only.patch_store import SLOT_PX, PatchStore
 from tracker.checks import require_count, require_positive, require_share
 
 Rectangle: TypeAlias = tuple[int, int, int, int]
@@ -20,6 +19,11 @@ Rectangle: TypeAlias = tuple[int, int, int, int]
 
 HALF_PX = 0.5
 """Distance from the middle of the first pixel, OpenCV's origin, to the edge of the image."""
+
+SLOT_PX = 32
+"""Side of a slot; a patch fills it but for one pixel."""
+_REACH_PX = SLOT_PX // 2 - 1
+_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 30, 0.003)
 
 
 @dataclass(frozen=True)
@@ -203,4 +207,31 @@ class CornerTracker:
         self._next_id += len(fresh)
 
 
-_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 30, 0.003)
+class PatchStore:
+    """The landmarks' patches as they were first seen: as many as fit into a picture of that size.
+
+    All are in one picture, because OpenCV's Lucas-Kanade compares many points of two in one call.
+
+    Args:
+        shape: Rows and columns of the camera's images.
+    """
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        rows, columns = (np.arange(SLOT_PX // 2, n - SLOT_PX // 2 + 1, SLOT_PX) for n in shape)
+        x, y = np.meshgrid(columns, rows)
+        self.centres_px: NDArray[np.float32] = np.column_stack([x.ravel(), y.ravel()]).astype(
+            np.float32
+        )
+        """(n, 2) the middle of each slot, which is the landmark."""
+        self.picture: NDArray[np.uint8] = np.zeros(shape, np.uint8)
+
+    def __len__(self) -> int:
+        return len(self.centres_px)
+
+    def keep(self, slot: int, grey: NDArray[np.uint8], point_px: NDArray[np.float32]) -> None:
+        """Puts what is around a point of an image into a slot, sampled between the pixels."""
+        side = 2 * _REACH_PX + 1
+        x, y = (round(float(value)) for value in self.centres_px[slot])
+        patch = cv2.getRectSubPix(grey, (side, side), (float(point_px[0]), float(point_px[1])))
+        rows = slice(y - _REACH_PX, y + _REACH_PX + 1)
+        self.picture[rows, x - _REACH_PX : x + _REACH_PX + 1] = patch

@@ -5,8 +5,8 @@ One iteration k, the same for a simulated measurement and for one from a rendere
 1. The vehicle has carried out the last command. `Measurements.odometry` is what it believes to
    have moved, in its own frame: the command itself, or wheel or inertial readings. Zero at k = 0.
 2. The camera is read at the new pose: `Measurements.features` and `Measurements.target_px`.
-3. `Pilot.step(measurements)` predicts, updates and answers with the `MotionCommand` for the next
-   time step.
+3. `BearingPilot.step(measurements)` predicts, updates and answers with the `MotionCommand` for the
+   next time step.
 
 All arrays may carry a leading axis of independent runs, except feature observations.
 """
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, Protocol, TypeAlias, runtime_checkable
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -185,27 +185,3 @@ class TargetBelief:
     """(..., 3): in the world."""
     covariance: NDArray[np.float64]
     """(..., 6, 6) of position and velocity."""
-
-
-@runtime_checkable
-class Pilot(Protocol):
-    """Estimator and controller as one: what a world feeds."""
-
-    @property
-    def pose(self) -> PoseBelief:
-        """Where it takes itself to be after the last step."""
-        ...
-
-    @property
-    def target(self) -> TargetBelief:
-        """Where it takes the target to be after the last step."""
-        ...
-
-    @property
-    def status(self) -> Status:
-        """How the track of the target stands."""
-        ...
-
-    def step(self, measurements: Measurements) -> MotionCommand:
-        """One iteration: predicts, updates by what was measured, and says how to move on."""
-        ...

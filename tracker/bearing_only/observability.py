@@ -20,39 +20,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
-from tracker.bearing_only.observation import view_target
 from tracker.bearing_only.small_matrices import (
     dot,
     inverse_and_determinant,
     product,
     sandwich,
 )
-from tracker.bearing_only.target_filter import inverse_2x2
 from tracker.geometry import camera_rotation
 
 Gain: TypeAlias = Literal["trace", "log-det"]
-
-
-def gain(
-    kind: Gain, camera: PinholeCamera, pose: PoseBelief, target: TargetBelief, pixel_std_px: float
-) -> NDArray[np.float64]:
-    """(...,): J at the pose; what `gain_gradient` differentiates."""
-    view = view_target(camera, pose, target.position_m)
-    H, P = view.by_target, target.covariance[..., :3, :3]
-    HPHT = H @ P @ np.swapaxes(H, -1, -2)
-    S = HPHT + pixel_std_px**2 * np.eye(2)
-    if kind == "log-det":
-        return 0.5 * np.linalg.slogdet(S / pixel_std_px**2)[1]
-    G = squared_position_block(target.covariance)
-    return 0.5 * np.einsum("...ij,...ji->...", H @ G @ np.swapaxes(H, -1, -2), inverse_2x2(S))
-
-
-def squared_position_block(P: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(..., 3, 3): the position's block of P P, which is G of [Wu2022] Eqs. 21 and 22.
-
-    With the whole covariance of position and velocity, as Eq. 17 has it: P_pp^2 + P_pv P_vp.
-    """
-    return P[..., :3, :] @ P[..., :, :3]
 
 
 def gain_gradient(
@@ -63,7 +39,8 @@ def gain_gradient(
     Source: [Wu2022] Eqs. 24 to 36, f = 1, written in the camera's frame: R^(W->R) of Eqs. 25 to 36
     has z along the optical axis, unlike that of Eqs. 2, 13 and 15. Eq. 36 writes the adjugate of
     dS as det(dS) dS^-1, which is 0 times infinity when dS is singular, as it is for a target on
-    the optical axis (the start of both experiments); here it is -S^-1 dS S^-1.
+    the optical axis (the start of both experiments); here it is -S^-1 dS S^-1. G of Eqs. 21 and 22
+    is the position's block of P P, with the whole covariance as Eq. 17 has it: P_pp^2 + P_pv P_vp.
     """
     leading = target.position_m.shape[:-1]
     gradients = _gradients(

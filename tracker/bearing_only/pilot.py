@@ -1,20 +1,22 @@
 """Estimator and controller in one: the pose, then the target, then the motion."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tracker.bearing_only.control import (
     ControlConfig,
+    DifferentialDrive,
+    WheelDrive,
     aim,
     command,
     follow,
     manoeuvre_direction,
     unit,
 )
-from tracker.bearing_only.differential_drive import DifferentialDrive, WheelDrive
 from tracker.bearing_only.measurements import (
     BodyIncrement,
     Measurements,
@@ -26,18 +28,19 @@ from tracker.bearing_only.measurements import (
 )
 from tracker.bearing_only.pose_sources import PoseSource
 from tracker.bearing_only.target_cubature import CubatureFilter
-from tracker.bearing_only.target_filter import (
-    StraightFilter,
-    TargetFilter,
-    TargetNoise,
-    TurnFilter,
-)
+from tracker.bearing_only.target_filter import StraightFilter, TargetNoise, TurnFilter
 from tracker.bearing_only.target_mixture import MixtureFilter
 from tracker.checks import require_choice, require_count, require_positive
 
 TargetModel: TypeAlias = Literal["straight", "cubature", "turn", "mixture"]
 """Constant velocity by EKF, as [Wu2022], or by a square-root cubature filter; a turn whose rate is
 estimated; both mixed."""
+
+TargetFilter: TypeAlias = StraightFilter | CubatureFilter | TurnFilter | MixtureFilter
+"""A filter of one target, or of as many as there are leading axes."""
+
+NormalDraws: TypeAlias = Callable[[], NDArray[np.float64]]
+"""Draws the (..., 3) standard normal numbers of the next step."""
 
 TARGET_FILTERS = {
     "straight": StraightFilter,
@@ -83,14 +86,6 @@ class PilotConfig:
         require_choice(self, "target_model", tuple(TARGET_FILTERS))
         require_positive(self, "dt_s")
         require_count(self, "lost_after")
-
-
-class NormalDraws(Protocol):
-    """Draws the (..., 3) standard normal numbers of a step."""
-
-    def __call__(self) -> NDArray[np.float64]:
-        """The numbers of the next step."""
-        ...
 
 
 class BearingPilot:

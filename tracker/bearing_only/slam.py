@@ -11,8 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.bearing_only.covariance import JointCovariance
-from tracker.bearing_only.features import linearity, new_features, points_of, view_landmarks
-from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH, POSE, LandmarkTable
+from tracker.bearing_only.landmarks import (
+    COORDINATES,
+    INVERSE_DEPTH,
+    POSE,
+    LandmarkTable,
+    linearity,
+    new_features,
+    points_of,
+    view_landmarks,
+)
 from tracker.bearing_only.measurements import (
     FeatureObservation,
     Measurements,
@@ -136,7 +144,12 @@ class MonocularSlam:
         table, config = self._table, self.config
         starts = table.starts[rows]
         predicted, by_pose, by_feature, is_in_front = view_landmarks(
-            config.camera, self.pose, self._x, starts - POSE, table.sizes[rows]
+            config.camera.intrinsics_px,
+            self._position,
+            self._R,
+            self._x,
+            starts - POSE,
+            table.sizes[rows],
         )
         blocks = self._P.innovation_blocks((by_pose, by_feature, starts), config.pixel_std_px)
         residual = pixels - predicted

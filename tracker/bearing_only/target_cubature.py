@@ -5,8 +5,13 @@ from numpy.typing import NDArray
 
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observation import view_target
-from tracker.bearing_only.target_filter import TargetNoise, inverse_2x2, measurement_noise
-from tracker.bearing_only.target_models import acceleration_noise, straight_transition
+from tracker.bearing_only.target_filter import (
+    TargetNoise,
+    acceleration_noise,
+    inverse_2x2,
+    measurement_noise,
+    straight_transition,
+)
 
 
 class CubatureFilter:

@@ -7,12 +7,14 @@ from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetB
 from tracker.bearing_only.observation import view_target
 from tracker.bearing_only.target_filter import (
     TargetNoise,
+    acceleration_noise,
     correct,
     measurement_noise,
+    straight_transition,
+    turn,
     turn_noise,
     with_turn_rate,
 )
-from tracker.bearing_only.target_models import acceleration_noise, straight_transition, turn
 
 STAY_PROBABILITY = 0.98
 """Probability that a target goes on in a step as it did in the last."""

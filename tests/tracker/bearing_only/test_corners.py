@@ -4,8 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tracker.bearing_only.corners import CornerConfig, CornerTracker
-from tracker.bearing_only.patch_store import SLOT_PX, PatchStore
+from tracker.bearing_only.corners import SLOT_PX, CornerConfig, CornerTracker, PatchStore
 
 HEIGHT, WIDTH = 240, 320
 

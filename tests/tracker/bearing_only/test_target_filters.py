@@ -1,10 +1,18 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
 from tracker.bearing_only.observation import view_target
 from tracker.bearing_only.pilot import TARGET_FILTERS
-from tracker.bearing_only.target_filter import TargetNoise, correct
+from tracker.bearing_only.target_filter import (
+    TargetNoise,
+    acceleration_noise,
+    correct,
+    straight_transition,
+    turn,
+)
 from tracker.bearing_only.target_mixture import MixtureFilter
 from tracker.geometry import rotation_of_vector
 
@@ -120,3 +128,33 @@ def test_doubt_about_the_pose_widens_the_innovation():
     assert np.allclose(measurement_noise(view, sure, 3.0), 9.0 * np.eye(2))
     # Position 0.01 m^2 at 32 px/m, rotation 0.01 rad^2 at 320 px/rad.
     assert np.isclose(measurement_noise(view, unsure, 3.0)[0, 0], 9.0 + 10.24 + 1024.0)
+
+
+def state(rate):
+    return np.array([1.0, 2.0, 3.0, 1.5, -0.5, 0.2, rate])
+
+
+@given(st.sampled_from([0.0, 1e-9, 1e-4, 0.0199, 0.0201, -0.3, 2.0]))
+def test_the_jacobian_of_a_turn_is_that_of_finite_differences(rate):
+    x, step = state(rate), 1e-6
+    _, F = turn(x, 0.05)
+    numeric = [(turn(x + e, 0.05)[0] - turn(x - e, 0.05)[0]) / (2 * step) for e in step * np.eye(7)]
+    assert np.allclose(F, np.transpose(numeric), atol=1e-8)
+
+
+def test_a_turn_of_rate_zero_is_a_straight_line():
+    moved, _ = turn(state(0.0), 0.05)
+    assert np.allclose(moved[:6], straight_transition(0.05) @ state(0.0)[:6])
+
+
+def test_a_turn_closes_its_circle():
+    x = state(2.0 * np.pi / 5.0)
+    for _ in range(100):
+        x, _ = turn(x, 0.05)
+    assert np.allclose(x[[0, 1, 3, 4]], state(0.0)[[0, 1, 3, 4]], atol=1e-9)
+    assert np.isclose(x[2], 3.0 + 5.0 * 0.2)
+
+
+def test_the_noise_is_that_of_an_acceleration():
+    G = np.concatenate([0.05**2 / 2 * np.eye(3), 0.05 * np.eye(3)])
+    assert np.allclose(acceleration_noise(0.05, 1.5), 1.5**2 * G @ G.T)

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from tracker.bearing_only.features import (
+from tracker.bearing_only.landmarks import (
+    COORDINATES,
+    INVERSE_DEPTH,
     angles_jacobian,
     angles_of_ray,
     linearity,
@@ -9,7 +11,6 @@ from tracker.bearing_only.features import (
     points_of,
     view_landmarks,
 )
-from tracker.bearing_only.landmarks import COORDINATES, INVERSE_DEPTH
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief
 from tracker.geometry import rotation_of_vector
 
@@ -36,7 +37,12 @@ def view(pose, landmarks):
     n, size = landmarks.shape
     places = size * np.arange(n)
     assert size in (INVERSE_DEPTH, COORDINATES)
-    return view_landmarks(CAMERA, pose, landmarks.reshape(-1), places, np.full(n, size))
+    return seen_from(pose, landmarks.reshape(-1), places, np.full(n, size))
+
+
+def seen_from(pose, x, places, sizes):
+    here = pose.position_m, pose.R_world_body
+    return view_landmarks(CAMERA.intrinsics_px, *here, x, places, sizes)
 
 
 def numeric(function, size, step=1e-6):
@@ -72,7 +78,7 @@ def test_landmarks_of_both_kinds_are_seen_as_each_alone(scene):
     points, _ = points_of(features)
     x = np.concatenate([points[0], features[1], points[2], features[3]])
     places, sizes = np.array([0, 3, 9, 12]), np.array([3, 6, 3, 6])
-    seen, alone = view_landmarks(CAMERA, pose, x, places, sizes), view(pose, features[:4])
+    seen, alone = seen_from(pose, x, places, sizes), view(pose, features[:4])
     assert np.allclose(seen[0], pixels[:4])
     np.testing.assert_array_equal(seen[2][[1, 3]], alone[2][[1, 3]])
 
