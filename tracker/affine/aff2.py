@@ -1,11 +1,14 @@
 """The affine group Aff(2) of the plane, on stacked arrays.
 
 An element is a (..., 3, 3) matrix `[[A, t], [0, 0, 1]]` with det A > 0, in float64. Its tangent
-vector `(..., 6)` lists scale, aspect, rotation, shear, x, y, in the order of [IGPF2021] Eq (5).
-Perturbations act on the right: `X exp(hat(e))`, so `e` lives in template coordinates. Functions
-broadcast over leading axes. Compiled closed forms replace the general matrix exponential and
-logarithm; both are smooth through the identity. Elements without a principal logarithm give NaN,
-so check `is_valid` before `log` where particles may have strayed.
+vector `(..., 6)` lists scale, aspect, rotation, shear, x, y, in the order of [IGPF2021] Eq (5):
+
+    hat(e) = [[e1 + e2, e4 - e3, e5], [e4 + e3, e1 - e2, e6], [0, 0, 0]],
+
+and `vee` is the inverse of `hat`. Perturbations act on the right: `X exp(hat(e))`, so `e` lives in
+template coordinates. Functions broadcast over leading axes. Compiled closed forms replace the
+general matrix exponential and logarithm; both are smooth through the identity. Elements without a
+principal logarithm give NaN, so check `is_valid` before `log` where particles may have strayed.
 """
 
 from typing import Any
@@ -22,44 +25,16 @@ _TANGENT = np.empty(6)
 """An argument of which only the shape counts: that of the result of a compiled function."""
 
 
-def hat(e: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) algebra matrix of tangent vectors (..., 6). [IGPF2021] Eq (5)."""
-    e = np.asarray(e, float)
-    M = np.zeros((*e.shape[:-1], 3, 3))
-    M[..., 0, 0] = e[..., 0] + e[..., 1]
-    M[..., 0, 1] = e[..., 3] - e[..., 2]
-    M[..., 1, 0] = e[..., 3] + e[..., 2]
-    M[..., 1, 1] = e[..., 0] - e[..., 1]
-    M[..., :2, 2] = e[..., 4:]
-    return M
-
-
-def vee(M: np.ndarray) -> np.ndarray:
-    """(..., 6) tangent vectors of algebra matrices (..., 3, 3); inverse of `hat`."""
-    e = np.empty((*M.shape[:-2], 6))
-    e[..., 0] = 0.5 * (M[..., 0, 0] + M[..., 1, 1])
-    e[..., 1] = 0.5 * (M[..., 0, 0] - M[..., 1, 1])
-    e[..., 2] = 0.5 * (M[..., 1, 0] - M[..., 0, 1])
-    e[..., 3] = 0.5 * (M[..., 1, 0] + M[..., 0, 1])
-    e[..., 4:] = M[..., :2, 2]
-    return e
-
-
 @_quietly
 def is_valid(X: np.ndarray, det_range: tuple[float, float] = (1e-9, 1e9)) -> np.ndarray:
     """(...,) True where X is finite and det A lies inside `det_range`."""
     return _loops.is_valid(X, *det_range)
 
 
-def compose(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) product X Y: the warp that applies Y first."""
-    return X @ Y
-
-
 def inverse(X: np.ndarray) -> np.ndarray:
     """(..., 3, 3) group inverse."""
     Y = np.zeros_like(X, dtype=float)
-    det = _det2(X)
+    det = X[..., 0, 0] * X[..., 1, 1] - X[..., 0, 1] * X[..., 1, 0]
     Y[..., 0, 0] = X[..., 1, 1] / det
     Y[..., 1, 1] = X[..., 0, 0] / det
     Y[..., 0, 1] = -X[..., 0, 1] / det
@@ -89,45 +64,6 @@ def difference(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
 def perturb(X: np.ndarray, e: np.ndarray) -> np.ndarray:
     """(..., 3, 3) right perturbation `X exp(hat(e))`. [IGPF2021] Eq (18)."""
     return _loops.perturb(X, e)
-
-
-def adjoint(X: np.ndarray) -> np.ndarray:
-    """(..., 6, 6) matrix with `X exp(hat(e)) X^-1 = exp(hat(Ad e))`."""
-    basis = hat(np.eye(6))
-    M = X[..., None, :, :] @ basis @ inverse(X)[..., None, :, :]
-    return np.swapaxes(vee(M), -1, -2)
-
-
-def algebra_adjoint(e: np.ndarray) -> np.ndarray:
-    """(..., 6, 6) matrix of the bracket: `ad(e) f = vee([hat(e), hat(f)])`."""
-    basis = hat(np.eye(6))
-    M = hat(e)[..., None, :, :]
-    return np.swapaxes(vee(M @ basis - basis @ M), -1, -2)
-
-
-def right_jacobian(e: np.ndarray, terms: int = 24) -> np.ndarray:
-    """(..., 6, 6) Jr with `exp(e + d) = exp(e) exp(Jr d)` to first order in d.
-
-    Series `sum_n (-ad e)^n / (n + 1)!`, exact to float64 for |e| up to about 3.
-    """
-    ad = -algebra_adjoint(e)
-    J = np.broadcast_to(np.eye(6), ad.shape).copy()
-    term = J.copy()
-    for n in range(1, terms):
-        term = term @ ad / (n + 1)
-        J += term
-    return J
-
-
-@_quietly
-def log_det_right_jacobian(e: np.ndarray) -> np.ndarray:
-    """(...,) ln |det Jr(e)| from the eigenvalues of `ad`, without a 6x6 matrix.
-
-    On the 2x2 part `ad` has eigenvalues 0, 0, +-2 sqrt(D); on the translations those of the 2x2
-    block, tau +- sqrt(D). Densities on this non-unimodular group need it: both the prior and the
-    proposal must be taken against the same measure.
-    """
-    return _loops.log_det_right_jacobian(e)
 
 
 @_quietly
@@ -178,7 +114,3 @@ def similarity(scale: float, angle_rad: float, centre: np.ndarray) -> np.ndarray
     p = np.zeros(6)
     p[0], p[2], p[4:] = np.log(scale), angle_rad, centre
     return from_polar(p)
-
-
-def _det2(X: np.ndarray) -> np.ndarray:
-    return X[..., 0, 0] * X[..., 1, 1] - X[..., 0, 1] * X[..., 1, 0]

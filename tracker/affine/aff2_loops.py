@@ -47,8 +47,13 @@ def perturb_one(X: np.ndarray, e: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def log_det_right_jacobian_one(e: np.ndarray) -> float:
-    """ln |det Jr| at a tangent vector (6,)."""
+def log_det_right_jacobian(e: np.ndarray) -> float:
+    """ln |det Jr(e)| at a tangent vector (6,), from the eigenvalues of `ad`.
+
+    On the 2x2 part `ad` has eigenvalues 0, 0, +-2 sqrt(D); on the translations those of the 2x2
+    block, tau +- sqrt(D). Densities on this non-unimodular group need it: both the prior and the
+    proposal must be taken against the same measure.
+    """
     _, s = _cosine_sine(e[1] ** 2 + e[3] ** 2 - e[2] ** 2)
     V, _ = _integral_and_exponential(-e[0], -e[1], -e[2], -e[3])
     det = V[0] * V[3] - V[1] * V[2]
@@ -208,12 +213,6 @@ def advance(X: np.ndarray, Y: np.ndarray, share: float, out: np.ndarray) -> None
     for j in range(6):
         e[j] *= share
     perturb_one(Y, e, out)
-
-
-@numba.guvectorize("(f8[:], f8[:])", "(k)->()", cache=True)
-def log_det_right_jacobian(e: np.ndarray, out: np.ndarray) -> None:
-    """ln |det Jr| at a tangent vector (6,)."""
-    out[0] = log_det_right_jacobian_one(e)
 
 
 @numba.guvectorize("(f8[:,:], f8, f8, b1[:])", "(i,i),(),()->()", cache=True)

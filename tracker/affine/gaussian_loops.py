@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from tracker.affine.aff2_loops import difference_one, log_det_right_jacobian_one, perturb_one
+from tracker.affine.aff2_loops import difference_one, log_det_right_jacobian, perturb_one
 
 
 @njit(cache=True, error_model="numpy")
@@ -79,8 +79,8 @@ def draw(
             solve_upper(root[i], noise[i], e)
             perturb_one(means[i], e, warps[i])
             difference_one(predicted[i], warps[i], from_prior)
-        log_p = prior_log_det - log_det_right_jacobian_one(from_prior)
-        log_q = -log_det_right_jacobian_one(e)
+        log_p = prior_log_det - log_det_right_jacobian(from_prior)
+        log_q = -log_det_right_jacobian(e)
         for j in range(6):
             log_p -= 0.5 * from_prior[j] * from_prior[j] / variances[j]
             whitened = 0.0

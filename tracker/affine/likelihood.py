@@ -17,6 +17,10 @@ from tracker.affine import aff2
 from tracker.affine.patches import Layers, PatchFit, PatchMatcher
 from tracker.checks import require_positive
 
+_DAMPING = 30.0
+"""Added to the information of each direction: one that the template does not show stays put."""
+_STEP_LIMIT = 0.3
+
 
 class Observation(Protocol):
     """One image as the filter sees it."""
@@ -174,3 +178,13 @@ def _shape_error(warps: np.ndarray, log_unit: float) -> np.ndarray:
     error = aff2.polar(warps)[:, _SHAPE_AXES]
     error[:, 0] -= log_unit
     return error
+
+
+def climb(observation: Observation, warps: np.ndarray, iterations: int) -> np.ndarray:
+    """(k, 3, 3) warps moved to the nearest maxima of the likelihood, by Gauss-Newton steps."""
+    for _ in range(iterations):
+        gradient, information = observation.linearise(warps)
+        damped = information + _DAMPING * np.eye(6)
+        step = np.linalg.solve(damped, gradient[..., None])[..., 0]
+        warps = aff2.perturb(warps, np.clip(np.nan_to_num(step), -_STEP_LIMIT, _STEP_LIMIT))
+    return warps

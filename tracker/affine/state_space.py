@@ -15,41 +15,21 @@ from tracker.affine import aff2
 class StateSpace(Protocol):
     """A space of warps with a retraction and its inverse."""
 
-    def perturb(self, warps: np.ndarray, e: np.ndarray) -> np.ndarray:
+    def perturb(self, warps: np.ndarray, e: np.ndarray, /) -> np.ndarray:
         """(n, 3, 3) warps moved by tangent vectors e (n, 6)."""
         ...
 
-    def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    def difference(self, start: np.ndarray, end: np.ndarray, /) -> np.ndarray:
         """(n, 6) tangent vector from `start` to `end`; inverse of `perturb`."""
         ...
 
-    def advance(self, start: np.ndarray, end: np.ndarray, share: float) -> np.ndarray:
+    def advance(self, start: np.ndarray, end: np.ndarray, share: float, /) -> np.ndarray:
         """(n, 3, 3) `end` moved on by a share of the tangent vectors that lead there."""
         ...
 
-    def mean(self, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def mean(self, warps: np.ndarray, weights: np.ndarray, /) -> np.ndarray:
         """(3, 3) mean of warps (n, 3, 3) under weights (n,) that sum to one."""
         ...
-
-
-class AffineGroup:
-    """Aff(2) with right perturbations. [IGPF2021] Eqs (8), (18)."""
-
-    def perturb(self, warps: np.ndarray, e: np.ndarray) -> np.ndarray:
-        """X exp(hat(e))."""
-        return aff2.perturb(warps, e)
-
-    def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """vee log(start^-1 end)."""
-        return aff2.difference(start, end)
-
-    def advance(self, start: np.ndarray, end: np.ndarray, share: float) -> np.ndarray:
-        """The body's velocity is kept."""
-        return aff2.advance(start, end, share)
-
-    def mean(self, warps: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """The intrinsic mean."""
-        return aff2.mean(warps, weights)
 
 
 class AffineVector:
@@ -86,7 +66,9 @@ class AffineVector:
         return Xbar
 
 
-STATE_SPACES: dict[str, StateSpace] = {"group": AffineGroup(), "vector": AffineVector()}
+STATE_SPACES: dict[str, StateSpace] = {"group": aff2, "vector": AffineVector()}
+"""By name: the group has the right perturbations and the intrinsic mean of [IGPF2021] Eqs (8) and
+(18), and keeps the body's velocity."""
 
 
 def moments(

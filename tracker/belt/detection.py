@@ -13,8 +13,7 @@ import cv2
 import numpy as np
 
 from tracker.affine import aff2
-from tracker.affine.gauss_newton import climb
-from tracker.affine.likelihood import LikelihoodConfig, TemplateObservation
+from tracker.affine.likelihood import LikelihoodConfig, TemplateObservation, climb
 from tracker.affine.patches import Layers, PatchMatcher
 from tracker.affine.template import Template, square_cells
 from tracker.checks import require_count, require_positive, require_share

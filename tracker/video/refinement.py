@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker.affine import aff2
-from tracker.affine.gauss_newton import climb
-from tracker.affine.likelihood import LikelihoodConfig, TemplateObservation
+from tracker.affine.likelihood import LikelihoodConfig, TemplateObservation, climb
 from tracker.checks import require_count, require_positive
 from tracker.video.appearance import Appearance, AppearanceConfig, Fit
 from tracker.video.window import Window, WindowObservation
