@@ -23,7 +23,7 @@ def catalogue() -> dict[str, dict[str, str]]:
     from sim.imaging.degradations import DEGRADATIONS, NORMAL
     from tracker.belt.prediction import PREDICTORS
     from tracker.belt.registry import TRACKERS
-    from tracker.video.variants import VARIANTS
+    from tracker.video.registry import VARIANTS
 
     videos = {name: entry for name, entry in VIDEO_TRACKERS.items() if name not in VARIANTS}
     return {

@@ -9,8 +9,12 @@ import numpy as np
 
 from experiments.seeding import Stream, generator
 from tracker.apple.attitude import unit
-from tracker.apple.axial_filter import AxialFilter
-from tracker.apple.filters import PointFilterConfig, kalman_estimates, particle_estimates
+from tracker.apple.filters import (
+    AxialFilter,
+    PointFilterConfig,
+    kalman_estimates,
+    particle_estimates,
+)
 from tracker.apple.silhouette_fit import fit_silhouettes
 from tracker.apple.single_view import SingleViewConfig, measure
 from tracker.apple.view import Sighting

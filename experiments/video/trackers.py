@@ -13,8 +13,7 @@ from tracker.checks import require_known
 from tracker.peers.baselines import BASELINES, Baseline
 from tracker.peers.outside import get_box_finder, is_outside, outside_source
 from tracker.video.particle_box_tracker import BoxTrackerConfig, ParticleBoxTracker
-from tracker.video.registry import BOX_TRACKERS
-from tracker.video.variants import VARIANTS
+from tracker.video.registry import BOX_TRACKERS, VARIANTS
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,15 @@
-"""Filters that fuse the attitudes of several images, each treating it as a point in space.
+"""Filters that fuse the attitudes of several images: as points in space, or as axes.
 
-The state is P = 100 cm times the unit vector, a random walk (Eqs. 9, 10 of [Zhou2011]); each image
-measures it directly. The three coordinates are filtered on their own and never normalised. For such
-a model the Kalman filter is exact, and particles only approximate it.
+The state of the first two is P = 100 cm times the unit vector, a random walk (Eqs. 9, 10 of
+[Zhou2011]); each image measures it directly. The three coordinates are filtered on their own and
+never normalised. For such a model the Kalman filter is exact, and particles only approximate it.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.apple.single_view import AxisMeasurement, Method
 from tracker.checks import require_count, require_positive
 
 STATE_LENGTH_CM = 100.0
@@ -89,3 +90,48 @@ def _require_measurements(measurements: np.ndarray) -> None:
         raise ValueError(f"measurements must have the shape (n, 3), got {measurements.shape}")
     if not np.isfinite(measurements).all():
         raise ValueError("measurements must be finite")
+
+
+class AxialFilter:
+    """Fuses measurements of one axis that stands still, on the sphere of axes.
+
+    The state is the Bingham distribution, whose exponent is quadratic: an axis a and its opposite
+    are the same, p(a) ∝ exp(-½ aᵀΛa). An image that measured the axis m with the information J (0
+    along m) multiplies it by exp(-½ aᵀJa), so the product of any number of images is again of this
+    form and Λ their sum: no linearisation, no start, no order. Method 1 of [Zhou2011] says nothing
+    about the tilt along the line of sight, and J says so.
+    """
+
+    def __init__(self) -> None:
+        """Starts with no knowledge."""
+        self._information = np.zeros((3, 3))
+        self._direction = np.zeros(3)
+
+    def update(self, measurement: AxisMeasurement) -> None:
+        """Takes one image in. The calyx, where it is in sight, decides the sign of the axis."""
+        self._information = self._information + measurement.information
+        vote = 1.0 if measurement.method is Method.OFFSET else 1e-3
+        self._direction = self._direction + vote * measurement.axis
+
+    @property
+    def axis(self) -> np.ndarray:
+        """(3,) the most probable axis, from calyx to stem; ValueError before the first image."""
+        _, vectors = self._spectrum()
+        axis = vectors[:, 0]
+        return axis if axis @ self._direction >= 0.0 else -axis
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(3, 3) [rad²] of small deviations of the axis, 0 along it.
+
+        Source: the Gaussian that osculates the density at its mode: variance 1 / (λᵢ - λ₁) along
+        the i-th eigenvector of Λ; at most that of a uniform axis, 1/3.
+        """
+        values, vectors = self._spectrum()
+        variances = 1.0 / np.maximum(values[1:] - values[0], 3.0)
+        return (vectors[:, 1:] * variances) @ vectors[:, 1:].T
+
+    def _spectrum(self) -> tuple[np.ndarray, np.ndarray]:
+        if not self._information.any():
+            raise ValueError("no image has been taken in yet")
+        return np.linalg.eigh(self._information)

@@ -5,7 +5,7 @@ Arrays lead with the hypothesis (S of them) and, where each view has its own, th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import TypeVar
 
 import numpy as np
@@ -52,17 +52,9 @@ class Hypotheses:
             self.pose_error + per_view,
         )
 
-    def where(self, chosen: np.ndarray, other: Hypotheses) -> Hypotheses:
-        """Returns these hypotheses where `chosen` (S,), the others elsewhere."""
-        return chosen_of(chosen, self, other)
-
     def take(self, index: np.ndarray) -> Hypotheses:
         """Returns the hypotheses of an index array."""
         return Hypotheses(*(array[index] for array in arrays_of(self)))
-
-    def flipped(self) -> Hypotheses:
-        """The same outlines with calyx and stem exchanged."""
-        return replace(self, axis=-self.axis)
 
 
 @dataclass(frozen=True, eq=False)

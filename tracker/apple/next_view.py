@@ -70,20 +70,6 @@ def predicted_sigmas_deg(
     return np.array([_sigma_deg(fit, pose, K, image_size_px, config) for pose in candidates])
 
 
-def best_view(
-    fit: SilhouetteFit,
-    candidates: Sequence[CameraPose],
-    K: np.ndarray,
-    image_size_px: tuple[int, int],
-    config: NextViewConfig | None = None,
-) -> int | None:
-    """Index of the candidate after which the axis is known best; None if none shows the fruit."""
-    sigmas = predicted_sigmas_deg(fit, candidates, K, image_size_px, config)
-    if not np.isfinite(sigmas).any():
-        return None
-    return int(np.argmin(sigmas))
-
-
 def views_around(
     fruit_m: np.ndarray,
     toward: np.ndarray,

@@ -1,4 +1,4 @@
-"""Residuals and derivatives of the joint fit: outline points, calyxes, and what is known before.
+"""The joint fit of outline points, calyxes and what is known before: derivatives, and its steps.
 
 A hypothesis is the fruit (centre, log radius, log aspect, axis), how far an edge detector puts the
 outline outwards, how deep the calyx sits, and for each view a small error of the camera's pose. All
@@ -23,11 +23,20 @@ from tracker.apple.hypotheses import (
     TURN,
     Hypotheses,
     NormalEquations,
+    chosen_of,
+    solved,
     without_views,
 )
 from tracker.apple.outline_rays import meet_outline
 from tracker.apple.outline_views import OutlineModelConfig, OutlineViews
 from tracker.apple.view import Sighting
+
+_LONGEST_TILT = 0.5
+"""Longest turn of the axis in one step [rad]."""
+_SMALL_GAIN = 1e-3
+"""Steps that lower half the sum of squares by less are the last ones."""
+_STUCK = 1e4
+"""A hypothesis that needs more damping is at rest."""
 
 
 class OutlineModel:
@@ -206,3 +215,38 @@ def _turn(vectors: np.ndarray) -> np.ndarray:
     skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
     skew = skew.reshape(*x.shape, 3, 3)
     return np.eye(3) + skew + 0.5 * (skew @ skew)
+
+
+def descend(
+    model: OutlineModel, hypotheses: Hypotheses, scale_px: float, steps: int
+) -> tuple[Hypotheses, NormalEquations]:
+    """Moves all hypotheses by Levenberg-Marquardt steps; one that a step makes worse stays.
+
+    A step so long that its cost is no number is such a one.
+    """
+    system = model.evaluate(hypotheses, scale_px)
+    damping, is_done = np.full(len(system.cost), 1e-3), np.zeros(len(system.cost), bool)
+    for _ in range(steps):
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            moved = hypotheses.moved(*_step(system, damping))
+            after = model.evaluate(moved, scale_px)
+        better = after.cost < system.cost
+        hypotheses = chosen_of(better, moved, hypotheses)
+        gain = np.where(better, system.cost - after.cost, 0.0)
+        system = chosen_of(better, after, system)
+        damping = np.where(better, damping * 0.3, damping * 10.0)
+        is_done |= (better & (gain < _SMALL_GAIN)) | (damping > _STUCK)
+        if is_done.all():
+            break
+    return hypotheses, system
+
+
+def _step(system: NormalEquations, damping: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps (S, 9) and (S, V, 6): views eliminated first, as in bundle adjustment."""
+    matrix, gradient, eliminated, rest = without_views(system)
+    diagonal = np.einsum("sii->si", matrix)
+    damped = matrix + np.eye(SHARED) * ((diagonal + 1e-9) * damping[:, None])[:, None, :]
+    shared = -solved(damped, gradient[..., None])[..., 0]
+    tilt = np.linalg.norm(shared[:, AXIS], axis=-1, keepdims=True)
+    shared[:, AXIS] *= np.minimum(1.0, _LONGEST_TILT / np.maximum(tilt, 1e-12))
+    return shared, -(eliminated @ shared[:, None, :, None])[..., 0] - rest

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tracker.apple.attitude import angle_between_deg, tangent_basis, unit
-from tracker.apple.descent import descend
 from tracker.apple.hypotheses import (
     AXIS,
     PER_VIEW,
@@ -26,7 +25,7 @@ from tracker.apple.hypotheses import (
     chosen_of,
     without_views,
 )
-from tracker.apple.outline_model import OutlineModel
+from tracker.apple.outline_model import OutlineModel, descend
 from tracker.apple.outline_views import OutlineModelConfig
 from tracker.apple.spheroid import Spheroid, cone_of_ellipse, principal_cone
 from tracker.apple.view import Sighting, found
@@ -228,12 +227,13 @@ def _with_signs(
 
     Also by how much (S,) the costs of both ends differ.
     """
-    turned, turned_system = descend(model, hypotheses.flipped(), config.last_scale_px, 4)
+    flipped = replace(hypotheses, axis=-hypotheses.axis)
+    turned, turned_system = descend(model, flipped, config.last_scale_px, 4)
     is_up = hypotheses.axis @ unit(np.array(config.up)) >= 0.0
     lead = turned_system.cost - system.cost
     stays = np.where(np.abs(lead) > _EQUAL_COST, lead > 0.0, is_up)
     lead = np.abs(lead)
-    return hypotheses.where(stays, turned), chosen_of(stays, system, turned_system), lead
+    return chosen_of(stays, hypotheses, turned), chosen_of(stays, system, turned_system), lead
 
 
 def _answer(

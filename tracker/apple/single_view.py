@@ -62,8 +62,6 @@ class AxisMeasurement:
     method: Method
     axis: np.ndarray
     """(3,) unit vector from the calyx to the stem, in the robot's frame."""
-    camera_axis: np.ndarray
-    """(3,) the same in OpenCV's camera frame."""
     information: np.ndarray
     """(3, 3) [1/rad²] in the robot's frame, 0 along the axis: what the image says of each way in
     which the axis may be wrong. Method 1 sees little along the line of sight."""
@@ -88,7 +86,7 @@ def measure(sighting: Sighting, config: SingleViewConfig | None = None) -> AxisM
     else:
         method, axis = Method.OFFSET, offset_axis(view, sighting.K, config.aspect, config.form)
         information = (np.eye(3) - np.outer(axis, axis)) / config.offset_sigma_rad**2
-    return AxisMeasurement(method, R @ axis, axis, R @ information @ R.T)
+    return AxisMeasurement(method, R @ axis, R @ information @ R.T)
 
 
 def fruit_ray(view: FruitView, K: np.ndarray) -> np.ndarray:

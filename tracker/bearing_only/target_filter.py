@@ -1,4 +1,9 @@
-"""Extended Kalman filters of a target by its pixel alone, with the vehicle's own doubt in them."""
+"""Extended Kalman filters of a target by its pixel alone, with the vehicle's own doubt in them.
+
+A target moves on a straight line, or in a turn about the vertical. States are (..., 3) position,
+(..., 3) velocity and, for the turn, the turn rate about the world's z axis. Every function
+broadcasts over leading axes.
+"""
 
 from dataclasses import dataclass
 

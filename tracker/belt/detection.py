@@ -120,7 +120,8 @@ class TemplateDetector:
         self._short_side = max(1, round(min(template.size) * coarse_unit))
         self._radius = max(2, math.ceil(side / 2))
         self._coarse_shape = tuple(math.ceil(n / config.reduction) for n in image_shape_px)
-        self._fft_shape = tuple(_fast_size(n + 4 * self._radius) for n in self._coarse_shape)
+        padded = (n + 4 * self._radius for n in self._coarse_shape)
+        self._fft_shape = tuple(cv2.getOptimalDFTSize(n) for n in padded)
         self._angles = np.arange(config.rotation_count) * 2 * np.pi / config.rotation_count
         self._bank, self._masks, self._mask_sums = self._transform_bank(template, coarse_unit)
 
@@ -272,7 +273,3 @@ def _rotated(
     values = picture - (picture * mask).sum() / mask.sum()
     values *= mask
     return values / math.sqrt((values**2).sum() / mask.sum()), mask
-
-
-def _fast_size(n: int) -> int:
-    return cv2.getOptimalDFTSize(n)

@@ -11,7 +11,7 @@ from tracker.base import Status
 from tracker.belt.detection import Detection, Sighting
 from tracker.belt.followers import BoxFollower
 from tracker.belt.rectify import OverheadImage
-from tracker.belt.status import StatusConfig
+from tracker.belt.registry import StatusConfig
 from tracker.box_tracker import BoxEstimate, box_of_warp
 from tracker.peers.baselines import BASELINES
 from tracker.peers.box_finder import HoldingTracker

@@ -3,8 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from tracker.video.registry import BOX_TRACKERS
-from tracker.video.variants import VARIANTS
+from tracker.video.registry import BOX_TRACKERS, VARIANTS
 
 COMMITTED = {
     "igpf": "059c6a901dad0557",
