@@ -17,8 +17,8 @@ def catalogue() -> dict[str, dict[str, str]]:
     from experiments.video.protocols import PROTOCOLS
     from experiments.video.trackers import VIDEO_TRACKERS
     from sim.arm.embodiments import EMBODIMENTS
-    from sim.belt.motions import MOTIONS
     from sim.belt.objects import OBJECTS
+    from sim.belt.scenario import MOTIONS
     from sim.imaging.camera import CAMERAS
     from sim.imaging.degradations import DEGRADATIONS, NORMAL
     from tracker.belt.prediction import PREDICTORS

@@ -13,9 +13,8 @@ import numpy as np
 
 from experiments.belt.cell import make_cell
 from experiments.belt.config import TrialConfig
-from sim.belt.conveyor import BELT_CENTRE_X_M
+from sim.belt.carriers import BELT_CENTRE_X_M, Pose
 from sim.belt.objects import OBJECTS
-from sim.belt.path import Pose
 
 TARGET = Path(__file__).resolve().parent.parent / "docs" / "images" / "objects.jpg"
 TILE_PX = 240

@@ -85,8 +85,8 @@ def trial_settings(job: SweepTrial) -> Mapping[str, object]:
     """
     from sim import ASSETS
     from sim.arm.embodiments import get_embodiment
-    from sim.belt.motions import MOTIONS
     from sim.belt.objects import get_object
+    from sim.belt.scenario import MOTIONS
     from sim.imaging.camera import get_view
     from sim.imaging.degradations import get_condition
     from tracker.belt.prediction import PREDICTORS

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from sim.belt.conveyor import BELT_CENTRE_X_M
-from sim.belt.path import Pose
+from sim.belt.carriers import BELT_CENTRE_X_M, Pose
 from sim.belt.task import ConveyorGrasp
 from tracker.affine.template import Template
 from tracker.belt.image import ArrayImage

@@ -17,7 +17,7 @@ from sim.arm.arms import JOINT_NAMES
 from sim.arm.embodiments import UR5_RG2, Embodiment
 
 
-class Robot(composer.Entity):
+class Robot(composer.ModelWrapperEntity):
     """Arm with gripper; its frame is the mounting face of the arm, x towards the work."""
 
     def _build(self, embodiment: Embodiment = UR5_RG2, *, fixed_fingers: bool = False) -> None:
@@ -30,14 +30,14 @@ class Robot(composer.Entity):
         """
         self._home_q_rad = np.array(embodiment.home_q_rad)
         self._stroke_m = embodiment.gripper.stroke_m
-        self._mjcf_root = mjcf.from_path(str(ASSETS / embodiment.arm.xml))
+        self._mjcf_model = mjcf.from_path(str(ASSETS / embodiment.arm.xml))
         self._gripper = mjcf.from_path(str(ASSETS / embodiment.gripper.xml))
         if fixed_fingers:
             _weld_fingers_open(self._gripper, self._stroke_m)
-        self._mjcf_root.find("site", "tool_mount").attach(self._gripper)
+        self._mjcf_model.find("site", "tool_mount").attach(self._gripper)
 
         def of_arm(kind: str) -> tuple[Any, ...]:
-            return tuple(self._mjcf_root.find(kind, name) for name in JOINT_NAMES)
+            return tuple(self._mjcf_model.find(kind, name) for name in JOINT_NAMES)
 
         def of_fingers(name: str) -> tuple[Any, ...]:
             joints = (self._gripper.find("joint", f"{side}_{name}") for side in ("right", "left"))
@@ -55,20 +55,15 @@ class Robot(composer.Entity):
         """The force-limited servo of the opening; None with fixed fingers."""
         self.tcp_site: Any = self._gripper.find("site", "tcp")
         """Midpoint of the pads' centres: z out of the hand, x the closing axis."""
-        self.flange_site: Any = self._mjcf_root.find("site", "flange")
+        self.flange_site: Any = self._mjcf_model.find("site", "flange")
         """Tool flange of the arm, the end of the DH chain."""
         self.pad_geoms = tuple(self._gripper.find("geom", f"{s}_pad") for s in ("right", "left"))
         """Right and left pad."""
-        solid = [g for g in self._mjcf_root.find_all("geom") if not _is_visual(g)]
+        solid = [g for g in self._mjcf_model.find_all("geom") if not _is_visual(g)]
         self.hand_geoms = tuple(g for g in solid if g.root is self._gripper)
         """Every colliding geom of the gripper, the pads among them."""
-        self.arm_geoms = tuple(g for g in solid if g.root is self._mjcf_root)
+        self.arm_geoms = tuple(g for g in solid if g.root is self._mjcf_model)
         """Every colliding geom of the arm."""
-
-    @property
-    def mjcf_model(self) -> Any:
-        """PyMJCF model of the arm with the gripper attached."""
-        return self._mjcf_root
 
     def command_arm(self, physics: Any, q_rad: np.ndarray, qd_radps: np.ndarray) -> None:
         """Sets the joint servos to follow a moving configuration without velocity lag.

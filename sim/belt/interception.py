@@ -18,7 +18,7 @@ from sim.arm.arms import Arm
 from sim.arm.embodiments import Embodiment
 from sim.arm.grippers import Gripper
 from sim.arm.robot import Robot
-from sim.belt.conveyor import BELT_CENTRE_X_M
+from sim.belt.carriers import BELT_CENTRE_X_M
 
 GRID_M = 0.04
 """Step along the belt; the speed is interpolated between."""

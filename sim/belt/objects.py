@@ -94,30 +94,25 @@ _FACE_FLATNESS_M = 0.002
 """What lies deeper than this below the top belongs to a rim or a shoulder."""
 
 
-class Prop(composer.Entity):
+class Prop(composer.ModelWrapperEntity):
     """One graspable object; its frame is the centre of the object's bounding box."""
 
     def _build(self, spec: GraspableObject) -> None:
         self.spec = spec
         """The registry's entry that this prop was made from."""
-        self._mjcf_root = mjcf.from_path(str(ASSETS / spec.xml))
+        self._mjcf_model = mjcf.from_path(str(ASSETS / spec.xml))
         if spec.artwork is not None:
-            textures.apply(self._mjcf_root, "artwork", spec.artwork())
-
-    @property
-    def mjcf_model(self) -> Any:
-        """PyMJCF model of the object, without its free joint."""
-        return self._mjcf_root
+            textures.apply(self._mjcf_model, "artwork", spec.artwork())
 
     @property
     def body(self) -> Any:
         """The object's only body."""
-        return self._mjcf_root.worldbody.body[0]
+        return self._mjcf_model.worldbody.body[0]
 
     @property
     def geoms(self) -> tuple[Any, ...]:
         """Every geom of the object."""
-        return tuple(self._mjcf_root.find_all("geom"))
+        return tuple(self._mjcf_model.find_all("geom"))
 
     def face(self, physics: Any, shape: tuple[int, int]) -> np.ndarray:
         """(rows, columns) bool, where the object's upper side is its top face.
@@ -149,6 +144,6 @@ class LookAlike(Prop):
 
     def _build(self, spec: GraspableObject, number: int = 0) -> None:
         super()._build(spec)
-        self._mjcf_root.model = f"look_alike_{number}"
-        for mesh in self._mjcf_root.find_all("mesh"):
+        self._mjcf_model.model = f"look_alike_{number}"
+        for mesh in self._mjcf_model.find_all("mesh"):
             mesh.scale = (1.0, -1.0, 1.0)

@@ -1,22 +1,92 @@
 """What differs from attempt to attempt: where the object lies and how what carries it moves."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
-from sim.belt.conveyor import BELT_CENTRE_X_M
-from sim.belt.motions import MOTIONS, SpeedProfile, draw_profile
-from sim.belt.path import Pose
-from sim.belt.turntable import CENTRE_M, RADIUS_M
+from sim.belt.carriers import BELT_CENTRE_X_M, CENTRE_M, RADIUS_M, Pose
+from sim.checks import look_up
+
+SpeedProfile: TypeAlias = Callable[[float], float]
+"""Speed [m/s] of the carrying surface at a time [s]: along +y on a belt, counter-clockwise on a
+turntable."""
 
 _RADIAL_SHARE = 0.5
 """A turntable has less room beside the path than the belt: its share of the drawn offset."""
 
 _LOOK_ALIKE_GAP_M = 0.39
 """From one middle to the next along the path, a quarter of the turntable: a hand has room."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A named kind of motion, scaled by the trial's speed."""
+
+    description: str
+    draw: Callable[[float, np.random.Generator], SpeedProfile]
+    """The profile at a belt speed [m/s]; what it leaves to chance comes from the generator."""
+    carrier: str = "belt"
+    """What moves: a name of CARRIERS."""
+
+
+def _ramp(speed_mps: float, rng: np.random.Generator) -> SpeedProfile:
+    """The speed goes from one end to the other within 3 s and stays there."""
+    change = 0.5 * rng.choice((-1.0, 1.0))
+    first_mps, last_mps = speed_mps * (1.0 - change), speed_mps * (1.0 + change)
+    return lambda time_s: first_mps + min(max(time_s / 3.0, 0.0), 1.0) * (last_mps - first_mps)
+
+
+def _sine(speed_mps: float, rng: np.random.Generator) -> SpeedProfile:
+    """The speed swings about its mean with a period of 2 s."""
+    phase_rad = rng.uniform(0.0, 2.0 * math.pi)
+    return lambda time_s: (
+        speed_mps * (1.0 + 0.5 * math.sin(2.0 * math.pi * time_s / 2.0 + phase_rad))
+    )
+
+
+def _stop_and_go(speed_mps: float, rng: np.random.Generator) -> SpeedProfile:
+    """The belt starts to accelerate every 1.6 s, and to brake 1 s later, both at 1 m/s²."""
+    # A fixed phase lets the grasp fall into the stop every time, and then nothing need be tracked.
+    phase_s = rng.uniform(0.0, 1.6)
+
+    def profile(time_s: float) -> float:
+        into_s = (time_s + phase_s) % (1.0 + 0.6)
+        return max(min(speed_mps, into_s, 1.0) - max(into_s - 1.0, 0.0), 0.0)
+
+    return profile
+
+
+def _turntable(speed_mps: float, rng: np.random.Generator) -> SpeedProfile:
+    """The speed is constant, and its sense is drawn."""
+    signed_mps = speed_mps * rng.choice((-1.0, 1.0))
+    return lambda time_s: signed_mps
+
+
+MOTIONS: dict[str, Motion] = {
+    "constant": Motion("always the same speed", lambda speed_mps, rng: lambda time_s: speed_mps),
+    "ramp": Motion("from half the speed to one and a half in 3 s, or the other way", _ramp),
+    "sine": Motion("speed swings by half about its mean, every 2 s, at any phase", _sine),
+    "stop-and-go": Motion(
+        "runs for 1.0 s, brakes and stands for 0.6 s, at 1 m/s² and at any phase", _stop_and_go
+    ),
+    "turntable": Motion(
+        "no belt: a circle of radius 0.25 m, either way round, the speed always the same",
+        _turntable,
+        carrier="turntable",
+    ),
+}
+"""Every motion that a trial can name."""
+
+
+def draw_profile(name: str, speed_mps: float, rng: np.random.Generator) -> SpeedProfile:
+    """A profile of the named motion; ValueError for an unknown name or an impossible speed."""
+    motion = look_up("motion", name, MOTIONS)
+    if not (math.isfinite(speed_mps) and speed_mps >= 0.0):
+        raise ValueError(f"speed_mps must be finite and >= 0, got {speed_mps!r}")
+    return motion.draw(speed_mps, rng)
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,10 @@ from dm_env import specs
 from sim.arm.embodiments import Embodiment, get_embodiment
 from sim.arm.grippers import Gripper
 from sim.arm.robot import Robot
-from sim.belt.arena import Cell
-from sim.belt.carriers import CARRIERS
+from sim.belt.arena import Cell, Scenery
+from sim.belt.carriers import CARRIERS, Pose
 from sim.belt.objects import Prop, get_object
-from sim.belt.path import Pose
 from sim.belt.referee import Referee
-from sim.belt.scenery import Scenery
 from sim.belt.task_config import Episode, TaskConfig
 from sim.geometry import project, yaw_quaternion
 from sim.imaging.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view

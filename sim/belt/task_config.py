@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from sim.arm.embodiments import get_embodiment
-from sim.belt.motions import MOTIONS
 from sim.belt.objects import get_object
-from sim.belt.scenario import Scenario, ScenarioRange
+from sim.belt.scenario import MOTIONS, Scenario, ScenarioRange
 from sim.checks import look_up
 from sim.imaging.camera import get_view
 from sim.imaging.degradations import get_condition

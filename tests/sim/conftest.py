@@ -11,7 +11,7 @@ from dm_control import mjcf
 from sim.arm.embodiments import UR3_SOFT, UR5_RG2, Embodiment
 from sim.arm.robot import Robot
 from sim.belt.arena import Cell
-from sim.belt.conveyor import Conveyor
+from sim.belt.carriers import Conveyor
 from sim.belt.objects import OBJECTS, Prop
 from sim.belt.task import CONTROL_HZ, PHYSICS_HZ
 

@@ -8,8 +8,8 @@ import pytest
 
 from sim.arm.embodiments import EMBODIMENTS, get_embodiment
 from sim.belt.carriers import CARRIERS
-from sim.belt.motions import MOTIONS, draw_profile
 from sim.belt.objects import OBJECTS, get_object
+from sim.belt.scenario import MOTIONS, draw_profile
 from sim.checks import look_up, require_at_least, require_positive, require_within
 from sim.imaging.camera import CAMERAS, get_view
 from sim.imaging.degradations import DEGRADATIONS, get_condition

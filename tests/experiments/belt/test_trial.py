@@ -13,8 +13,8 @@ from experiments.belt.loop import Loop
 from experiments.belt.perception import NoisyOracle, Oracle, Seeing
 from sim.arm.grasp import Phase
 from sim.belt import environment
+from sim.belt.carriers import RADIUS_M
 from sim.belt.objects import OBJECTS
-from sim.belt.turntable import RADIUS_M
 from tracker.belt.prediction import make_predictor
 
 IGPF = TrialConfig(tracker="igpf", speed_mps=0.5, seed=1)

@@ -8,9 +8,8 @@ import pytest
 from dm_env import StepType
 
 from sim.arm.grippers import RG2
+from sim.belt.carriers import Pose
 from sim.belt.environment import load
-from sim.belt.motions import ConstantSpeed
-from sim.belt.path import Pose
 from sim.belt.scenario import Scenario
 from sim.belt.task import CONTROL_HZ
 from sim.belt.task_config import Episode, TaskConfig
@@ -30,7 +29,7 @@ def still(environment, width_m: float = RG2.stroke_m) -> np.ndarray:
 
 
 def begin(environment, *, speed_mps: float, y_m: float, yaw_rad: float = math.pi / 2):
-    scenario = Scenario(ConstantSpeed(speed_mps), Pose(0.5, y_m, yaw_rad))
+    scenario = Scenario(lambda time_s: speed_mps, Pose(0.5, y_m, yaw_rad))
     environment.task.next_episode = Episode(scenario, np.random.default_rng(0))
     return environment.reset()
 
@@ -135,7 +134,7 @@ def test_condition_and_delay_change_without_a_new_model(environment):
         environment.task.configure(
             replace(environment.task.config, condition="resolution-2", delay_s=0.0)
         )
-        scenario = Scenario(ConstantSpeed(0.2), Pose(0.5, -0.8, 0.3))
+        scenario = Scenario(lambda time_s: 0.2, Pose(0.5, -0.8, 0.3))
         seen = []
         for world in (environment, fresh):
             world.task.next_episode = Episode(scenario, np.random.default_rng(5))
