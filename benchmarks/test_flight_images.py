@@ -3,11 +3,13 @@
 The camera turns and slides a little from image to image, as in flight.
 """
 
+from contextlib import closing
+
 import cv2
 import numpy as np
 import pytest
 
-from sim.bearing_only.hall_camera import HallCamera, HallCameraConfig
+from sim.bearing_only.hall import HallCamera, HallConfig
 from tracker.bearing_only.camshift import CamShift, ColourModel
 from tracker.bearing_only.corners import CornerTracker
 from tracker.bearing_only.image_sensor import ImageSensor
@@ -23,7 +25,8 @@ def one_thread():
 
 @pytest.fixture(scope="module")
 def camera():
-    with HallCamera(HallCameraConfig(), np.random.default_rng(0), np.random.default_rng(1)) as it:
+    rngs = np.random.default_rng(0), np.random.default_rng(1)
+    with closing(HallCamera(HallConfig(), *rngs)) as it:
         yield it
 
 

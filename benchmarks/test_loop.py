@@ -14,7 +14,7 @@ from experiments.belt.config import TrialConfig
 from experiments.belt.loop import Loop
 from experiments.belt.perception import CONTROL_ARMS
 from sim.arm.embodiments import UR5_RG2
-from sim.arm.hand_motion import top_down_pose
+from sim.arm.motion import top_down_pose
 from sim.belt.environment import Environment, load, make_servo
 from sim.belt.task_config import TaskConfig
 

@@ -51,11 +51,11 @@ def _tile(name: str, config: TrialConfig) -> np.ndarray:
     loop = Loop(config, make_cell(config, has_camera=True))
     while loop.time_s < MOMENT_S:
         loop.step()
-    assert loop.frame is not None
+    assert loop.image is not None
     view = camera_view(loop, name)
     if name.startswith(DEPTH):
         middle = view.shape[1] // 2
-        view[:, :middle] = _painted(loop.frame.whole[1])[:, :middle]
+        view[:, :middle] = _painted(loop.image.whole[1])[:, :middle]
     rows = slice(*(round(part * len(view)) for part in BELT))
     tile = cv2.resize(view[rows], TILE_PX, interpolation=cv2.INTER_AREA)
     tile[-24:] //= 3

@@ -14,8 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.arm.arms import Arm
-from sim.arm.embodiments import EMBODIMENTS, Embodiment
+from sim.arm.embodiments import EMBODIMENTS, Arm, Embodiment
 from sim.arm.robot import Robot
 from sim.belt.scenario import ScenarioRange
 

@@ -3,8 +3,6 @@
 Light to import, as the command line needs them.
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ A camera's axes are x right, y down and z forward (OpenCV) unless said otherwise
 lies at integer coordinates.
 """
 
-from __future__ import annotations
-
 import math
 
 import mujoco

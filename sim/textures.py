@@ -3,8 +3,6 @@
 Nothing here is stored as a file: the same code paints the same pixels everywhere.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any

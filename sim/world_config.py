@@ -3,8 +3,6 @@
 Light to import, so that the flags of a command line can be made from its fields.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sim.checks import require_within

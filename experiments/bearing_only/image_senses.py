@@ -7,7 +7,7 @@ import numpy as np
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.pilots import rng_of
 from sim.bearing_only.flight import Flight
-from sim.bearing_only.hall_camera import HallCamera, HallCameraConfig
+from sim.bearing_only.hall import HallCamera, HallConfig
 from tracker.bearing_only.image_sensor import ImageMeasurement, ImageSensor
 from tracker.bearing_only.measurements import BodyIncrement, Measurements
 
@@ -17,7 +17,7 @@ class ImageSenses:
 
     def __init__(self, flight: Flight, run: FlightRun) -> None:
         self._flight = flight
-        self.camera = HallCamera(HallCameraConfig(), rng_of(run, "hall"), rng_of(run, "image"))
+        self.camera = HallCamera(HallConfig(), rng_of(run, "hall"), rng_of(run, "image"))
         self._sensor = ImageSensor(self.camera.reference_photograph())
         self.image = np.zeros((0, 0, 3), np.uint8)
         """The last one."""

@@ -31,7 +31,7 @@ class ErrorCurve:
     """Errors from the moment the whole object is in view until the hand lifts, or the end.
 
     Sample k belongs to `k / CURVE_HZ` seconds after that moment. In both errors a radian counts
-    as 0.1 m (`sim.arm.target_motion.servo_error`). While the hand hovers it keeps its distance: the
+    as 0.1 m (`sim.arm.motion.servo_error`). While the hand hovers it keeps its distance: the
     error is then that height, not zero.
     """
 

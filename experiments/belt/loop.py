@@ -12,10 +12,10 @@ from experiments.belt.config import TrialConfig, TrialTimings
 from experiments.belt.perception import Seeing, make_perception
 from experiments.belt.trace import ControlSample, EstimateSample, TrialTrace
 from sim.arm.grasp import Grasp, GraspCommand, Phase
-from sim.arm.target_motion import TargetMotion, servo_error
+from sim.arm.motion import TargetMotion, servo_error
 from sim.belt.referee import PhysicalRecord
 from sim.belt.task import CONTROL_HZ
-from sim.imaging.sensor import Frame
+from sim.imaging.sensor import CameraImage
 from tracker.belt.perception import TargetObservation
 
 HOLD_PATIENCE_S = 1.5
@@ -41,7 +41,7 @@ class Loop:
             base_x_m=embodiment.base_x_m,
         )
         self.command: GraspCommand | None = None
-        self.frame: Frame | None = None
+        self.image: CameraImage | None = None
         """The image that perception has seen last; None without a camera."""
         self.spent_s = {"render": 0.0, "track": 0.0, "servo": 0.0, "physics": 0.0}
         """Wall-clock time so far; physics is all of the world but the camera's images."""
@@ -64,9 +64,9 @@ class Loop:
         """Sees, decides, moves, and lets the world go on by one control step."""
         now, task, servo = self.time_s, self.cell.task, self.cell.servo
         if task.config.has_camera:
-            self.frame = task.frame(self.cell.environment.physics)
+            self.image = task.image(self.cell.environment.physics)
         t0, rendered_s = time.perf_counter(), task.rendering_s
-        estimate = None if self.grasp.has_gripped else self.perception.update(self.frame)
+        estimate = None if self.grasp.has_gripped else self.perception.update(self.image)
         target = self.perception.predict(now)
         rendered_s = task.rendering_s - rendered_s
         t1 = time.perf_counter()

@@ -19,8 +19,8 @@ from experiments.belt.cell import Cell, Truth
 from experiments.belt.config import TrialConfig
 from experiments.belt.trace import EstimateSample
 from experiments.seeding import Stream, generator
-from sim.arm.target_motion import TargetMotion
-from sim.imaging.sensor import Frame
+from sim.arm.motion import TargetMotion
+from sim.imaging.sensor import CameraImage
 from tracker.base import Status
 from tracker.belt.backproject import TargetPose
 from tracker.belt.perception import TargetObservation, TargetTracker
@@ -53,7 +53,7 @@ class Perception(Protocol):
     pose_count: int
     """Usable poses so far."""
 
-    def update(self, frame: Frame | None) -> EstimateSample | None:
+    def update(self, image: CameraImage | None) -> EstimateSample | None:
         """Takes in the newest image; returns an estimate where it had not been seen before."""
         ...
 
@@ -106,12 +106,12 @@ class Seeing:
         self.last: TargetObservation | None = None
         """What the tracker made of the newest image, for pictures."""
 
-    def update(self, frame: Frame | None) -> EstimateSample | None:
+    def update(self, image: CameraImage | None) -> EstimateSample | None:
         """Tracks in the image if it is a new one."""
-        if frame is None or frame.count == self._image_count:
+        if image is None or image.count == self._image_count:
             return None
-        self._image_count = frame.count
-        self.last = seen = self._tracker.update(frame)
+        self._image_count = image.count
+        self.last = seen = self._tracker.update(image)
         if seen.is_correction:  # the history is that of something else
             self._predictor = self._make_predictor()
         pose = seen.pose if seen.pose is not None and seen.pose.is_usable else None
@@ -119,7 +119,7 @@ class Seeing:
             self._predictor.update(pose)
             self.pose_count += 1
         return EstimateSample(
-            time_s=frame.time_s,
+            time_s=image.time_s,
             position_m=None if pose is None else pose.position_m,
             yaw_rad=None if pose is None else pose.yaw_rad,
             status=seen.status,
@@ -139,9 +139,9 @@ class Oracle:
         self._read_truth = read_truth
         self.pose_count = 0
 
-    def update(self, frame: Frame | None) -> EstimateSample | None:
+    def update(self, image: CameraImage | None) -> EstimateSample | None:
         """Needs no image; counts a pose every control step."""
-        del frame
+        del image
         self.pose_count += 1
         truth = self._read_truth()
         return EstimateSample(
@@ -175,9 +175,9 @@ class NoisyOracle:
         self._exposures = 0
         self.pose_count = 0
 
-    def update(self, frame: Frame | None) -> EstimateSample | None:
+    def update(self, image: CameraImage | None) -> EstimateSample | None:
         """Exposes at the camera's times; delivers what is old enough."""
-        del frame
+        del image
         truth = self._read_truth()
         if truth.time_s >= self._exposures * self._interval_s - 1e-9:
             self._exposures += 1

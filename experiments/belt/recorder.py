@@ -52,8 +52,8 @@ class VideoRecorder:
 
 def camera_view(loop: Loop, title: str) -> np.ndarray:
     """(h, w, 3) uint8, the newest image that has arrived, with the estimate that belongs to it."""
-    assert loop.frame is not None, "a video needs a camera"
-    image = np.array(loop.frame.whole[0])
+    assert loop.image is not None, "a video needs a camera"
+    image = np.array(loop.image.whole[0])
     seen = loop.seen
     if seen is not None and len(seen.corners_px):
         _draw_points(image, seen.particles_px, _PARTICLE)

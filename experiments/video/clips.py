@@ -11,8 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from sim.video.clip import Actor, Clip, Lighting, Moves, Shake
-from sim.video.motion import Swing, Terms, Trip, Wave
+from sim.video.clip import Actor, Clip, Lighting, Moves, Shake, Swing, Terms, Trip, Wave
 
 
 @dataclass(frozen=True)

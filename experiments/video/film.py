@@ -41,9 +41,9 @@ def film_sequence(job: RenderJob, path: Path) -> None:
     from sim.video.film import shoot
 
     with Movie(path, _FPS) as movie:
-        for frame in shoot(RECIPES[job.name].clip, sequence_rng(job.name, job.seed)):
-            picture = np.array(frame.image)
-            _draw_box(picture, frame.truth.box + _FROM_ONE, _TRUE)
+        for image in shoot(RECIPES[job.name].clip, sequence_rng(job.name, job.seed)):
+            picture = np.array(image.pixels)
+            _draw_box(picture, image.truth.box + _FROM_ONE, _TRUE)
             movie.add(_even(picture))
 
 

@@ -20,7 +20,7 @@ from experiments.video.affine_truth import AFFINE_FILE, AFFINE_HEADER, CORNERS_F
 from experiments.video.clips import RECIPES
 from experiments.video.rendered import RenderJob, RenderRow
 from experiments.video.sequences import GROUND_TRUTH
-from sim.video.film import Frame, shoot
+from sim.video.film import FilmImage, shoot
 
 JPEG_QUALITY = 90
 
@@ -66,31 +66,33 @@ def render_sequences(jobs: Sequence[RenderJob]) -> list[Result[RenderRow]]:
 def render_sequence(job: RenderJob) -> Result[RenderRow]:
     """Renders a sequence: its images and truth are files of the folder of its name."""
     recipe = RECIPES[job.name]
-    frames = list(shoot(recipe.clip, sequence_rng(job.name, job.seed)))
+    images = list(shoot(recipe.clip, sequence_rng(job.name, job.seed)))
     row = RenderRow(
         name=job.name,
         attributes=" ".join(recipe.attributes),
-        frames=len(frames),
+        frames=len(images),
         seed=job.seed,
         description=recipe.clip.description,
         outcome="done",
         **provenance(),
     )
-    files = sequence_files(frames, recipe.attributes)
+    files = sequence_files(images, recipe.attributes)
     return Result((row,), files={f"{job.name}/{name}": data for name, data in files.items()})
 
 
-def sequence_files(frames: Sequence[Frame], attributes: Sequence[str]) -> dict[str, str | bytes]:
+def sequence_files(
+    images: Sequence[FilmImage], attributes: Sequence[str]
+) -> dict[str, str | bytes]:
     """The files of a sequence in the layout of OTB, the ground truth last."""
     boxes: list[str] = []
     affine, corners = [AFFINE_HEADER], [CORNERS_HEADER]
     files: dict[str, str | bytes] = {}
-    for number, frame in enumerate(frames, start=1):
-        files[f"img/{number:04d}.jpg"] = _jpeg(frame)
-        box, warp = frame.truth.box, frame.truth.warp
+    for number, image in enumerate(images, start=1):
+        files[f"img/{number:04d}.jpg"] = _jpeg(image)
+        box, warp = image.truth.box, image.truth.warp
         boxes.append(_line([box[0] + 1, box[1] + 1, box[2], box[3]]))
-        affine.append(f"{number},{_line([*warp[:2, :2].ravel(), *warp[:2, 2], frame.visible])}")
-        corners.append(f"{number},{_line(frame.truth.corners.ravel())}")
+        affine.append(f"{number},{_line([*warp[:2, :2].ravel(), *warp[:2, 2], image.visible])}")
+        corners.append(f"{number},{_line(image.truth.corners.ravel())}")
     for name, lines in (
         (AFFINE_FILE, affine),
         (CORNERS_FILE, corners),
@@ -124,9 +126,9 @@ def write_index(results: Results[RenderRow]) -> Report:
     return Report.of(results.path, {"sequences": table}, paths, (), results.notes)
 
 
-def _jpeg(frame: Frame) -> bytes:
+def _jpeg(image: FilmImage) -> bytes:
     quality = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
-    return cv2.imencode(".jpg", frame.image[..., ::-1], quality)[1].tobytes()
+    return cv2.imencode(".jpg", image.pixels[..., ::-1], quality)[1].tobytes()
 
 
 def _line(values: Iterable[float]) -> str:

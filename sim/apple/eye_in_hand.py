@@ -4,8 +4,6 @@ The reported pose comes from the joint angles through the published kinematics, 
 real hand-eye calibration and of the arm on top; the true pose is the simulator's alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 
@@ -13,7 +11,7 @@ import mujoco
 import numpy as np
 
 from sim.apple.world import FLANGE_CAMERA_M, HAND_CAMERA
-from sim.arm.arms import UR5
+from sim.arm.embodiments import UR5
 from sim.arm.servo import Servo, ServoConfig
 from sim.checks import require_at_least
 from sim.geometry import transform
@@ -56,7 +54,7 @@ def camera_pose(q_rad: np.ndarray) -> np.ndarray:
     """Returns the (4, 4) pose T_base_camera from joint angles (6,) and the DH table.
 
     The camera's axes are those of the flange: x right, y down, z forward; it stands off the flange
-    along z alone.  Source: [UR5DH] through `sim.arm.arms`.
+    along z alone.  Source: [UR5DH] through `sim.arm.embodiments`.
     """
     return UR5.forward(q_rad) @ transform(np.eye(3), FLANGE_CAMERA_M)
 

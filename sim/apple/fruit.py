@@ -3,8 +3,6 @@
 Fruit frame: origin at the centre, z along the fruit axis from the calyx to the stem.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Leaves: the shape of the blade, and where leaves hang around a fruit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of the orchard, painted in memory from a random generator: skin, leaf and backdrop."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import cv2

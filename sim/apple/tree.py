@@ -1,7 +1,5 @@
 """What grows in the orchard, added to its MjSpec: fruits with their stems, the branch, leaves."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mujoco

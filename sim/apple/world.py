@@ -4,11 +4,9 @@ The world's frame is that of the arm's mounting face: x towards the tree, z up. 
 the arm and a camera that floats freely, for places that the arm cannot reach.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import mujoco
 import numpy as np
@@ -18,7 +16,7 @@ from sim.apple import paint
 from sim.apple.fruit import PlacedFruit
 from sim.apple.leaves import Leaf
 from sim.apple.tree import DULL, add_branch, add_fruit, add_leaves
-from sim.arm.arms import JOINT_NAMES, UR5
+from sim.arm.embodiments import JOINT_NAMES, UR5
 from sim.checks import require_within
 from sim.geometry import MUJOCO_AXES, MUJOCO_QUAT, quaternion, transform
 from sim.imaging.camera import OffscreenRenderer
@@ -91,7 +89,7 @@ class Orchard:
         self._renderer: OffscreenRenderer | None = None
         mujoco.mj_forward(self.model, self.data)
 
-    def __enter__(self) -> Orchard:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -5,16 +5,13 @@ its fingers. `Phase` says what each phase aims at; `Grasp._next_phase` is the ta
 phase and what breaks it off.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
 
-from sim.arm.hand_motion import Ramp, run_up, top_down_pose
-from sim.arm.target_motion import TargetMotion, UniformMotion
+from sim.arm.motion import Ramp, TargetMotion, UniformMotion, run_up, top_down_pose
 
 
 class Phase(StrEnum):

@@ -4,8 +4,6 @@ The arm is servoed in position with velocity feed-forward, the gripper by a forc
 servo on the opening.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -13,8 +11,7 @@ from dm_control import composer, mjcf
 from numpy.typing import ArrayLike
 
 from sim import ASSETS
-from sim.arm.arms import JOINT_NAMES
-from sim.arm.embodiments import UR5_RG2, Embodiment
+from sim.arm.embodiments import JOINT_NAMES, UR5_RG2, Embodiment
 
 
 class Robot(composer.ModelWrapperEntity):

@@ -6,8 +6,6 @@ converges without overshoot under an acceleration limit, and without the lag `v 
 FrameTask alone would have.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

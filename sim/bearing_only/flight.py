@@ -9,12 +9,10 @@ the same noise at the same iteration, wherever they fly. With a leading axis of 
 flights go on at once (without landmarks in view, whose number differs).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -128,7 +126,7 @@ class FlightDraws:
     """(..., k, n, 2) noise of the landmarks' pixels."""
 
     @classmethod
-    def of(cls, config: FlightConfig, rngs: Mapping[str, np.random.Generator]) -> FlightDraws:
+    def of(cls, config: FlightConfig, rngs: Mapping[str, np.random.Generator]) -> Self:
         """Draws for one flight from one generator for each of `DRAWS`."""
         n, k = config.landmark_count, config.iteration_count
         low, high = config.landmark_low_m, config.landmark_high_m
@@ -140,7 +138,7 @@ class FlightDraws:
         )
 
     @classmethod
-    def stack(cls, draws: Sequence[FlightDraws]) -> FlightDraws:
+    def stack(cls, draws: Sequence[Self]) -> Self:
         """Several flights as one with a leading axis."""
         names = ("landmarks_m", "odometry", "target_pixel", "landmark_pixels")
         return cls(*(np.stack([getattr(one, name) for one in draws]) for name in names))

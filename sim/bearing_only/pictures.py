@@ -3,8 +3,6 @@
 Nothing is as saturated as the target, and nothing has its hue: its colour alone identifies it.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -3,8 +3,6 @@
 No face looks the same after a turn of less than a whole one: its print is what has a yaw.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

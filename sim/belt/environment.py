@@ -1,7 +1,5 @@
 """The world as a dm_env environment, and the arm alone as a kinematic model for the servo."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from dm_control import composer, mjcf

@@ -3,8 +3,6 @@
 `gymnasium.make("sim.belt.gym:beltgrasp/ConveyorGrasp-v0")` imports this module and makes one.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import gymnasium

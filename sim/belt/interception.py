@@ -7,16 +7,12 @@ runs until the fingers touch. Nothing else is asked for: no acceleration, no des
 the hand, no lift. So this bounds every method from above.
 """
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 
 import numpy as np
 
-from sim.arm.arms import Arm
-from sim.arm.embodiments import Embodiment
-from sim.arm.grippers import Gripper
+from sim.arm.embodiments import Arm, Embodiment, Gripper
 from sim.arm.robot import Robot
 from sim.belt.carriers import BELT_CENTRE_X_M
 

@@ -1,7 +1,5 @@
 """Graspable objects that ride on the belt."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

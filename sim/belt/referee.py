@@ -5,8 +5,6 @@ touches it. Clean success: also no touch before the close command, less than 10
 degrees of tilt, less than 5 mm of slip in the hand, and a grip within 20 mm of the centre.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

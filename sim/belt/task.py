@@ -1,7 +1,5 @@
 """The composer task: a cell, an object on a running belt, a delayed camera and a slow gripper."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 from collections import deque
@@ -13,8 +11,7 @@ from dm_control import composer
 from dm_control.composer.observation import observable
 from dm_env import specs
 
-from sim.arm.embodiments import Embodiment, get_embodiment
-from sim.arm.grippers import Gripper
+from sim.arm.embodiments import Embodiment, Gripper, get_embodiment
 from sim.arm.robot import Robot
 from sim.belt.arena import Cell, Scenery
 from sim.belt.carriers import CARRIERS, Pose
@@ -24,8 +21,7 @@ from sim.belt.task_config import Episode, TaskConfig
 from sim.geometry import project, yaw_quaternion
 from sim.imaging.camera import STUDIO, CameraView, OffscreenRenderer, add_camera, get_view
 from sim.imaging.degradations import Condition, get_condition
-from sim.imaging.noise import Develop, Image
-from sim.imaging.sensor import Frame, Sensor
+from sim.imaging.sensor import CameraImage, Develop, Pixels, Sensor
 from sim.world_config import PHYSICS_HZ
 
 CONTROL_HZ = 120
@@ -183,7 +179,7 @@ class ConveyorGrasp(composer.Task):
 
     # The parts.
 
-    def render(self, physics: Any, camera: str) -> Image:
+    def render(self, physics: Any, camera: str) -> Pixels:
         """Noise-free colours and depth of the `sensor` or the `studio` camera."""
         rows, columns = self.condition.height_px, self.condition.width_px
         return self.expose(physics, camera)((slice(0, rows), slice(0, columns)))
@@ -197,7 +193,7 @@ class ConveyorGrasp(composer.Task):
         )
         return functools.partial(self._renderer.develop, exposure)
 
-    def frame(self, physics: Any) -> Frame:
+    def image(self, physics: Any) -> CameraImage:
         """The image of the sensor that has arrived last; a black one before the first."""
         self._look(physics)  # at time 0 no physics step has let the camera look
         return self._sensor.newest(float(physics.data.time))
@@ -268,10 +264,10 @@ class ConveyorGrasp(composer.Task):
 
     def _make_observables(self) -> dict[str, Any]:
         read: dict[str, Callable[[Any], Any]] = {
-            "camera/rgb": lambda physics: self.frame(physics).whole[0],
-            "camera/depth_m": lambda physics: self.frame(physics).whole[1],
-            "camera/time_s": lambda physics: self.frame(physics).time_s,
-            "camera/count": lambda physics: self.frame(physics).count,
+            "camera/rgb": lambda physics: self.image(physics).whole[0],
+            "camera/depth_m": lambda physics: self.image(physics).whole[1],
+            "camera/time_s": lambda physics: self.image(physics).time_s,
+            "camera/count": lambda physics: self.image(physics).count,
             "robot/q_rad": self.robot.q,
             "robot/qd_radps": self.robot.qd,
             "robot/width_m": self.robot.width_m,

@@ -1,9 +1,7 @@
 """The settings of the conveyor task, and the world of its next episode."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -25,11 +23,11 @@ class TaskConfig(WorldConfig):
     has_camera: bool = True
     """Without a camera nothing is rendered; for control arms that see no image."""
     observes_camera: bool = True
-    """Whether images are among the observations; without, `ConveyorGrasp.frame` has the newest,
+    """Whether images are among the observations; without, `ConveyorGrasp.image` has the newest,
     and only what somebody looks at is rendered."""
 
     @classmethod
-    def of(cls, world: WorldConfig, **options: Any) -> TaskConfig:
+    def of(cls, world: WorldConfig, **options: Any) -> Self:
         """Returns the task in that world; `options` are fields that `WorldConfig` lacks."""
         return cls(**{f.name: getattr(world, f.name) for f in fields(WorldConfig)}, **options)
 
@@ -47,9 +45,9 @@ class TaskConfig(WorldConfig):
         return MOTIONS[self.motion].carrier
 
     @property
-    def as_compiled(self) -> TaskConfig:
+    def as_compiled(self) -> Self:
         """The same model in its usual state; equal for tasks that can share one compiled model."""
-        return TaskConfig(
+        return type(self)(
             embodiment=self.embodiment,
             object=self.object,
             camera=self.camera,

@@ -8,8 +8,6 @@ An exposure keeps what the camera saw; its pixels are made later, and only the w
 somebody looks at. In software most of a picture's cost is its pixels.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import math
@@ -17,7 +15,7 @@ import os
 import time
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Any, TypeAlias, cast
+from typing import Any, Self, TypeAlias, cast
 
 import mujoco
 import numpy as np
@@ -232,7 +230,7 @@ class OffscreenRenderer:
             self._gl.free()
             self._gl = None
 
-    def __enter__(self) -> OffscreenRenderer:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -4,21 +4,70 @@ Light and what stands in the way are changed in the scene, not in the pixels; no
 delays are the sensor's.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from sim.checks import look_up, require_at_least, require_within
-from sim.imaging.lighting import FlickeringLight, Light, SteadyLight, SwitchedLight
 from sim.imaging.time_of_flight import TimeOfFlight
 from sim.world_config import PHYSICS_HZ
 
 WIDEST_BAR_M = 0.5
 LOOK_ALIKE_COUNT = 3
 """So many are in the compiled model."""
+BRIGHTEST = 2.0
+
+Light: TypeAlias = Callable[[float, float], float]
+"""Brightness of every lamp, 1 being the normal one, at a time [s] and while the target is at a
+place along the belt [m]."""
+
+
+@dataclass(frozen=True)
+class SteadyLight:
+    """Light that does not change."""
+
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_within(self, 0.0, BRIGHTEST, "scale")
+
+    def __call__(self, time_s: float, target_y_m: float) -> float:
+        """Returns the same brightness at any time."""
+        return self.scale
+
+
+@dataclass(frozen=True)
+class SwitchedLight:
+    """Light that is switched while the target is under way."""
+
+    before: float
+    after: float
+    at_y_m: float = -0.72
+    """Where the target is then: all of it has come into view, and the hand is on its way to it."""
+
+    def __post_init__(self) -> None:
+        require_within(self, 0.0, BRIGHTEST, "before", "after")
+
+    def __call__(self, time_s: float, target_y_m: float) -> float:
+        """Returns the brightness before or after the switch."""
+        return self.before if target_y_m < self.at_y_m else self.after
+
+
+@dataclass(frozen=True)
+class FlickeringLight:
+    """Lamps on the mains: twice its frequency, which a camera at 30 Hz sees as a slow beat."""
+
+    depth: float
+    """Amplitude as a share of the mean."""
+    rate_hz: float = 100.0
+
+    def __post_init__(self) -> None:
+        require_within(self, 0.0, 1.0, "depth")
+
+    def __call__(self, time_s: float, target_y_m: float) -> float:
+        """Returns the brightness at that moment."""
+        return 1.0 + self.depth * math.sin(2.0 * math.pi * self.rate_hz * time_s)
 
 
 @dataclass(frozen=True)

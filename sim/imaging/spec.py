@@ -1,7 +1,5 @@
 """What every scene that is built as an MjSpec needs: its set-up, its pictures, and its poses."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import cv2

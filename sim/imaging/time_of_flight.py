@@ -1,7 +1,5 @@
 """Depth as a time-of-flight camera sees it: noise by distance and angle, edges, no returns."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,9 +1,8 @@
 """Artwork and scenery for the films, painted from random numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
 import cv2
 import numpy as np
@@ -29,7 +28,7 @@ class Style:
     core: Colour
 
     @classmethod
-    def draw(cls, rng: np.random.Generator) -> Style:
+    def draw(cls, rng: np.random.Generator) -> Self:
         """Four different colours, light and dark ones among them."""
         numbers = rng.choice(np.arange(1, len(_PAINTS)), 2, replace=False)
         band, sign = (_PAINTS[int(k)] for k in numbers)

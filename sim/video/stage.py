@@ -4,8 +4,6 @@ At rest the camera stands in the world's origin and its image axes are the world
 z forward. Each actor is a rigid flex; a sheet is deformed by moving the vertices of its flex.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 from typing import cast
@@ -27,13 +25,41 @@ from sim.video.clip import (
     Lighting,
     Moves,
     Shake,
+    Signal,
+    Terms,
+    draw_sum,
 )
-from sim.video.motion import Signal, Terms, draw_sum
 from sim.video.surfaces import Surface
 
 TARGET = "target"
 CAMERA = "camera"
 _SCENERY = "scenery"
+
+
+@dataclass(frozen=True, eq=False)
+class _Playing:
+    """An actor with its motion drawn and its mesh made."""
+
+    name: str
+    script: Actor
+    signals: dict[str, Signal]
+    surface: Surface
+
+    def pose(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Position (3,) [m] of the local origin and rotation (3, 3) in the world."""
+        a, s = self.script, self.signals
+        depth = a.depth_m * 2.0 ** -s["zoom_octaves"](time)
+        x = a.start_px[0] + s["x_px"](time) - 0.5 * (WIDTH_PX - 1)
+        y = a.start_px[1] + s["y_px"](time) - 0.5 * (HEIGHT_PX - 1)
+        front = np.array([x / FOCAL_PX, y / FOCAL_PX, 1.0]) * depth
+        behind = 0.5 * a.thickness * a.size_m[0] if a.shape == "carton" else 0.0
+        R = rotation(s["roll_rad"](time), s["yaw_rad"](time), s["pitch_rad"](time))
+        return front + np.array([0.0, 0.0, behind]), R
+
+    def vertices_m(self, time: float) -> np.ndarray:
+        """(n, 3) vertices in the local frame."""
+        bend, ripple, sway = (self.signals[n](time) for n in ("bend_rad", "ripple", "sway"))
+        return surfaces.deformed(self.surface.vertices_m, bend, ripple, sway, time)
 
 
 class Stage:
@@ -115,32 +141,6 @@ class Stage:
 def flex_id(model: mujoco.MjModel, name: str) -> int:
     """Returns the index of a flex."""
     return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_FLEX, name)
-
-
-@dataclass(frozen=True, eq=False)
-class _Playing:
-    """An actor with its motion drawn and its mesh made."""
-
-    name: str
-    script: Actor
-    signals: dict[str, Signal]
-    surface: Surface
-
-    def pose(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Position (3,) [m] of the local origin and rotation (3, 3) in the world."""
-        a, s = self.script, self.signals
-        depth = a.depth_m * 2.0 ** -s["zoom_octaves"](time)
-        x = a.start_px[0] + s["x_px"](time) - 0.5 * (WIDTH_PX - 1)
-        y = a.start_px[1] + s["y_px"](time) - 0.5 * (HEIGHT_PX - 1)
-        front = np.array([x / FOCAL_PX, y / FOCAL_PX, 1.0]) * depth
-        behind = 0.5 * a.thickness * a.size_m[0] if a.shape == "carton" else 0.0
-        R = rotation(s["roll_rad"](time), s["yaw_rad"](time), s["pitch_rad"](time))
-        return front + np.array([0.0, 0.0, behind]), R
-
-    def vertices_m(self, time: float) -> np.ndarray:
-        """(n, 3) vertices in the local frame."""
-        bend, ripple, sway = (self.signals[n](time) for n in ("bend_rad", "ripple", "sway"))
-        return surfaces.deformed(self.surface.vertices_m, bend, ripple, sway, time)
 
 
 def _named(clip: Clip) -> list[tuple[str, Actor]]:

@@ -3,8 +3,6 @@
 Local axes are x right, y down and z away from the camera; the origin is where a thing turns about.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,9 +41,7 @@ def make_surface(shape: Shape, size_m: tuple[float, float], thickness: float) ->
     """The surface of a shape; `thickness` is a carton's, as a share of its width."""
     if shape == "carton":
         return _carton(*size_m, thickness * size_m[0])
-    u, v = _grid(ROWS, COLUMNS)
-    vertices = np.column_stack([u * size_m[0], v * size_m[1], np.zeros(u.size)])
-    return Surface(vertices, _triangles(ROWS, COLUMNS), _texture(u, v), is_closed=False)
+    return make_wall(size_m, ROWS, COLUMNS)
 
 
 def make_wall(size_m: tuple[float, float], rows: int, columns: int) -> Surface:

@@ -64,7 +64,7 @@ def test_tracker_sees_images_only(monkeypatch):
 
     monkeypatch.setattr(Cell, "read_truth", forbidden)
     for _ in range(30):
-        loop.perception.update(world.task.frame(world.environment.physics))
+        loop.perception.update(world.task.image(world.environment.physics))
         loop.perception.predict(loop.time_s)
         action = np.concatenate([world.servo.q, np.zeros(6), [0.11]])
         loop._timestep = world.environment.step(action)

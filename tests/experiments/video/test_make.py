@@ -12,8 +12,7 @@ from experiments.study.run import run
 from experiments.video.clips import RECIPES, Recipe
 from experiments.video.sequences import GROUND_TRUTH, VideoSequence, load_sequence
 from experiments.video.study import get_study
-from sim.video.clip import Actor, Clip, Moves
-from sim.video.motion import Wave
+from sim.video.clip import Actor, Clip, Moves, Wave
 
 CLIP = Clip(
     "a panel drifts",

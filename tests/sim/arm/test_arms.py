@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from dm_control import mjcf
 
-from sim.arm.arms import JOINT_NAMES, Arm
-from sim.arm.embodiments import UR3_SOFT, UR5_RG2, Embodiment
+from sim.arm.embodiments import JOINT_NAMES, UR3_SOFT, UR5_RG2, Arm, Embodiment
 from sim.arm.robot import Robot
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")

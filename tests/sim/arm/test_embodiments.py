@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sim.arm.embodiments import EMBODIMENTS, UR3_SOFT, UR5_RG2, get_embodiment
-from sim.arm.hand_motion import top_down_pose
+from sim.arm.motion import top_down_pose
 from sim.arm.servo import Servo
 from sim.belt.carriers import BELT_CENTRE_X_M
 from sim.belt.environment import make_servo

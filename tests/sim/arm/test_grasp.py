@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from sim.arm.grasp import Grasp, GraspConfig, Phase
-from sim.arm.hand_motion import top_down_pose
-from sim.arm.target_motion import UniformMotion
+from sim.arm.motion import UniformMotion, top_down_pose
 
 DT = 1.0 / 120.0
 HOME = top_down_pose(np.array([0.5, -0.55, 0.25]), 0.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sim.arm.grippers import SOFT
+from sim.arm.embodiments import SOFT
 from sim.belt.task import CONTROL_HZ, PHYSICS_HZ
 
 GRASP_Q_RAD = np.array([-0.761851, -0.664427, 1.960211, -2.866581, -1.570796, -0.761851])

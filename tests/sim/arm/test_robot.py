@@ -3,8 +3,7 @@ import numpy as np
 import pytest
 from dm_control import mjcf
 
-from sim.arm.embodiments import UR5_RG2
-from sim.arm.grippers import RG2
+from sim.arm.embodiments import RG2, UR5_RG2
 from sim.arm.robot import Robot
 from sim.belt.task import CONTROL_HZ
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.arm.embodiments import UR5_RG2
-from sim.arm.hand_motion import top_down_pose
+from sim.arm.motion import top_down_pose
 from sim.arm.servo import Servo, ServoConfig, braking_speed
 from sim.belt.environment import make_servo
 

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sim.arm.embodiments import UR3_SOFT, UR5_RG2
-from sim.arm.grippers import RG2
+from sim.arm.embodiments import RG2, UR3_SOFT, UR5_RG2
 from sim.belt.interception import (
     FollowingSpeed,
     closing_time_s,

@@ -3,7 +3,7 @@ import pytest
 from dm_control import mjcf
 
 from sim import ASSETS
-from sim.arm.grippers import RG2
+from sim.arm.embodiments import RG2
 from sim.belt.arena import Cell
 from sim.belt.carriers import BELT_CENTRE_X_M, Conveyor
 from sim.belt.objects import OBJECTS, Prop

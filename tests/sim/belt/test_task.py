@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dm_env import StepType
 
-from sim.arm.grippers import RG2
+from sim.arm.embodiments import RG2
 from sim.belt.carriers import Pose
 from sim.belt.environment import load
 from sim.belt.scenario import Scenario

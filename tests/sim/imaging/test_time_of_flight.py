@@ -7,7 +7,7 @@ import pytest
 
 from sim.imaging.camera import CAMERAS
 from sim.imaging.degradations import get_condition
-from sim.imaging.noise import SensorNoise
+from sim.imaging.sensor import SensorNoise
 from sim.imaging.time_of_flight import TimeOfFlight, incidence_angle_rad, noise_std_m
 
 WIDTH, HEIGHT = 512, 424
@@ -89,7 +89,7 @@ def test_the_condition_measures_depth_this_way():
     rgb = np.full((HEIGHT, WIDTH, 3), 100, np.uint8)
     noise = SensorNoise(condition, np.random.default_rng(0), K)
     whole = slice(0, HEIGHT), slice(0, WIDTH)
-    frames = [noise.draw().on(lambda part: (rgb[part], truth[part]), whole)[1] for _ in range(2)]
+    frames = [noise.draw()(lambda part: (rgb[part], truth[part]), whole)[1] for _ in range(2)]
     assert (condition.width_px, condition.height_px) == (WIDTH, HEIGHT)
     assert not np.array_equal(frames[0], frames[1])
     middle = (frames[0] - truth)[180:240, 220:280]

@@ -8,8 +8,7 @@ import pytest
 
 from sim.imaging.camera import OffscreenRenderer
 from sim.video import film
-from sim.video.clip import WALL_DEPTH_M, Actor, Clip, Lighting, Moves, Shake
-from sim.video.motion import Swing, Trip, Wave
+from sim.video.clip import WALL_DEPTH_M, Actor, Clip, Lighting, Moves, Shake, Swing, Trip, Wave
 from sim.video.stage import CAMERA, TARGET, Stage, flex_id
 
 STILL = Clip("nothing moves", Actor((64.0, 48.0)), noise_levels=0.0, frame_count=2)
@@ -33,7 +32,7 @@ def shot(clip, seed=0):
 
 
 def grey(frame):
-    return cv2.cvtColor(frame.image, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    return cv2.cvtColor(frame.pixels, cv2.COLOR_RGB2GRAY).astype(np.float32)
 
 
 def similarity(a, b):
@@ -128,13 +127,13 @@ def test_a_long_exposure_smears_along_the_motion_about_the_truth():
     assert steep[1] < 0.97 * steep[0]
     assert np.array_equal(sharp_frame.truth.warp, smeared.truth.warp)
     first = shot(replace(sharp, exposure_frames=1.0, frame_count=2))[0]
-    assert np.array_equal(first.image, shot(replace(sharp, frame_count=2))[0].image)
+    assert np.array_equal(first.pixels, shot(replace(sharp, frame_count=2))[0].pixels)
 
 
 def test_light_changes_the_image_and_not_the_truth():
     dim = replace(STILL, lighting=Lighting(lamp_octaves=(Trip(-3.0, 0.0, 50.0, 1.0),)))
     bright, dark = shot(dim)
-    assert dark.image.mean() < 0.75 * bright.image.mean()
+    assert dark.pixels.mean() < 0.75 * bright.pixels.mean()
     assert np.array_equal(bright.truth.warp, dark.truth.warp)
 
 
@@ -143,9 +142,9 @@ def test_the_same_seed_gives_the_same_frames_and_the_survey_their_truth():
     first, second = shot(noisy, 5), shot(noisy, 5)
     surveyed = film.survey(noisy, np.random.default_rng(5))
     for a, b, truth in zip(first, second, surveyed, strict=True):
-        assert np.array_equal(a.image, b.image)
+        assert np.array_equal(a.pixels, b.pixels)
         assert np.array_equal(a.truth.warp, truth.warp)
-    assert not np.array_equal(first[0].image, shot(noisy, 6)[0].image)
+    assert not np.array_equal(first[0].pixels, shot(noisy, 6)[0].pixels)
 
 
 @pytest.mark.parametrize(

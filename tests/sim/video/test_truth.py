@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sim.geometry import project
+from sim.video.film import Surveyor, upright_box
 from sim.video.surfaces import make_surface
-from sim.video.truth import Surveyor, upright_box
 
 FLAT = make_surface("panel", (0.30, 0.20), 0.0)
 CARTON = make_surface("carton", (0.30, 0.20), 0.5)

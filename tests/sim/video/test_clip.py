@@ -1,7 +1,9 @@
+"""Motion: every term starts at zero, reaches its peak and keeps to its periods."""
+
 import numpy as np
 import pytest
 
-from sim.video.motion import Swing, Trip, Wave, draw_sum
+from sim.video.clip import Swing, Trip, Wave, draw_sum
 
 FRAMES = 90
 TERMS = [Wave(-40.0, (12.0, 50.0)), Swing(1.4, (60.0, 80.0)), Trip(200.0, 10.0, 50.0, 20.0)]

@@ -1,12 +1,10 @@
-"""The hall of the bearing-only experiments in MuJoCo: walls, crates, a coloured target, a camera.
+"""The hall of the bearing-only experiments in MuJoCo, and the noisy images of its flying camera.
 
 Frames: the world is x, y, z with z up and its origin in the middle of the hall. The robot's body
 axes are x forward, y left, z up; its camera looks along x with the axes x right, y down, z forward.
 Source of hall, intrinsics and image: [Wu2022] section 6.1.1 and Table 1; what the walls look like
 and how large the target is, it does not say.
 """
-
-from __future__ import annotations
 
 import math
 from dataclasses import dataclass
@@ -17,6 +15,9 @@ import numpy as np
 from sim.bearing_only.pictures import labels, mural
 from sim.checks import require_at_least, require_positive
 from sim.geometry import MUJOCO_QUAT, R_BODY_CAMERA, fovy_deg, quaternion
+from sim.imaging.camera import OffscreenRenderer
+from sim.imaging.degradations import Condition
+from sim.imaging.sensor import SensorNoise
 from sim.imaging.spec import UNTOUCHABLE, add_material, set_up, update_poses
 
 WIDTH_PX, HEIGHT_PX = 640, 480
@@ -28,11 +29,13 @@ CAMERA = "flyer"
 TARGET = "target"
 
 _TILE_PX, _TILES = 64, 64
+_REFERENCE_PX = 40
+"""Radius of the target in its reference photograph."""
 
 
 @dataclass(frozen=True)
-class FlightSceneConfig:
-    """What is in the hall."""
+class HallConfig:
+    """What is in the hall, and the noise of the camera."""
 
     hall_m: tuple[float, float, float] = (25.0, 25.0, 10.0)
     """Half the hall's extent."""
@@ -48,13 +51,15 @@ class FlightSceneConfig:
     wall_px_per_m: float = 24.0
     target_radius_m: float = 0.5
     target_rgb: tuple[float, float, float] = (0.86, 0.10, 0.42)
+    noise_std: float = 2.0
+    """Standard deviation of each pixel and colour, in grey levels of 255."""
 
     def __post_init__(self) -> None:
         for name in ("hall_m", "clear_m"):
             if not all(math.isfinite(v) and v > 0.0 for v in getattr(self, name)):
                 raise ValueError(f"{name} must be positive numbers, got {getattr(self, name)}")
         require_positive(self, "blob_pitch_m", "wall_px_per_m", "target_radius_m")
-        require_at_least(self, 0, "crate_count")
+        require_at_least(self, 0, "crate_count", "noise_std")
         if not 0.0 < self.crate_m[0] <= self.crate_m[1]:
             raise ValueError(f"crate_m must be two positive edges in order, got {self.crate_m}")
         room = np.subtract(self.hall_m, self.clear_m) - abs(self.clear_height_m) * np.array(
@@ -66,20 +71,30 @@ class FlightSceneConfig:
             )
 
 
-class FlightScene:
-    """The compiled hall of one run.
+class HallCamera:
+    """Takes the images of one run; close it when done, as it holds an OpenGL context.
 
     Args:
-        config: What is in it.
-        rng: Draws the pictures and where the crates hang.
+        config: Hall and sensor.
+        scene_rng: Draws the pictures and where the crates hang.
+        noise_rng: Draws the noise, which does not depend on what is seen.
     """
 
-    def __init__(self, config: FlightSceneConfig, rng: np.random.Generator) -> None:
+    def __init__(
+        self,
+        config: HallConfig,
+        scene_rng: np.random.Generator,
+        noise_rng: np.random.Generator,
+    ) -> None:
         self.config = config
-        self.crates_m = _hang_crates(config, rng)
+        self.crates_m = hang_crates(config, scene_rng)
         """(n, 4): centres, and half the edges."""
-        self.model = _compile(config, self.crates_m, rng)
+        self.model = _compile(config, self.crates_m, scene_rng)
         self.data = mujoco.MjData(self.model)
+        condition = Condition(colour_noise_std=config.noise_std, depth_noise_std_m=0.0)
+        self._noise = SensorNoise(condition, noise_rng)
+        self.renderer = OffscreenRenderer(self.model, WIDTH_PX, HEIGHT_PX)
+        """Renders the model without noise."""
 
     def show(self, position_m: np.ndarray, R_world_body: np.ndarray, target_m: np.ndarray) -> None:
         """Brings camera and target to where they are.
@@ -95,8 +110,29 @@ class FlightScene:
         self.data.mocap_pos[target] = target_m
         update_poses(self.model, self.data)
 
+    def photograph(
+        self, position_m: np.ndarray, R_world_body: np.ndarray, target_m: np.ndarray
+    ) -> np.ndarray:
+        """(h, w, 3) uint8 RGB image; arguments as in `show`."""
+        self.show(position_m, R_world_body, target_m)
+        rgb, depth_m = self.renderer.render(self.model, self.data, CAMERA)
+        window = slice(0, HEIGHT_PX), slice(0, WIDTH_PX)
+        return self._noise.draw()(lambda _: (rgb, depth_m), window)[0]
 
-def _hang_crates(config: FlightSceneConfig, rng: np.random.Generator) -> np.ndarray:
+    def reference_photograph(self) -> np.ndarray:
+        """(h, w, 3) uint8 RGB of the target alone, as a user would photograph it beforehand."""
+        ahead = np.array([self.config.target_radius_m * FOCAL_PX / _REFERENCE_PX, 0.0, 0.0])
+        image = self.photograph(np.zeros(3), np.eye(3), ahead)
+        half = _REFERENCE_PX // 2
+        rows, columns = HEIGHT_PX // 2, WIDTH_PX // 2
+        return image[rows - half : rows + half, columns - half : columns + half]
+
+    def close(self) -> None:
+        """Frees the OpenGL context."""
+        self.renderer.close()
+
+
+def hang_crates(config: HallConfig, rng: np.random.Generator) -> np.ndarray:
     """(n, 4) centres and half edges of crates that touch neither wall nor clear part.
 
     Crates may touch each other.
@@ -112,9 +148,7 @@ def _hang_crates(config: FlightSceneConfig, rng: np.random.Generator) -> np.ndar
     return np.array(crates).reshape(-1, 4)
 
 
-def _compile(
-    config: FlightSceneConfig, crates_m: np.ndarray, rng: np.random.Generator
-) -> mujoco.MjModel:
+def _compile(config: HallConfig, crates_m: np.ndarray, rng: np.random.Generator) -> mujoco.MjModel:
     spec = mujoco.MjSpec()
     set_up(spec, clip_m=(0.05, 4.0 * max(config.hall_m)), ambient=0.62)
     lamp = spec.worldbody.add_light(name="lamp", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
@@ -169,7 +203,7 @@ def _crates(crates_m: np.ndarray, rng: np.random.Generator) -> _Faces:
     return _Faces(corners, (place[:, None] + turned) / side)
 
 
-def _add_walls(spec: mujoco.MjSpec, config: FlightSceneConfig, rng: np.random.Generator) -> None:
+def _add_walls(spec: mujoco.MjSpec, config: HallConfig, rng: np.random.Generator) -> None:
     """The six walls, each with a mural of its own, seen from inside."""
     for number, face in enumerate(_CUBE):
         corners = (face * config.hall_m)[::-1]
