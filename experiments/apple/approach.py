@@ -3,8 +3,6 @@
 Errors are between axes, without regard to their sign, which a column of its own tells.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any

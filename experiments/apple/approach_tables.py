@@ -1,7 +1,5 @@
 """What the approaches say: every method by class and aspect, ways to look, and the masks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -6,8 +6,6 @@ against the robot columns tells the readings apart. Signs of the robot's axes do
 comparison folds angles (Table 1 is printed folded).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import permutations, product

@@ -1,7 +1,5 @@
 """The published measurements through the filters: a row for each table, filter, seed and image."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Measured against estimated attitudes, as Figs. 3 and 4 of [Zhou2011]."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -4,8 +4,6 @@ Between the views at which the attitude is estimated the camera keeps filming; t
 that of each image's own segmentation, the axis that of the fit to the views so far.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

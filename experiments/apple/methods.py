@@ -1,7 +1,5 @@
 """Every way to tell the axis from the images so far, under one name each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

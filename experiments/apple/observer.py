@@ -1,7 +1,5 @@
 """What an estimator is told of a photograph: the view, and where the arm says the camera was."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from experiments.apple.photographs import Photograph

@@ -3,8 +3,6 @@
 Truth (true pose, masks) stays in the photograph for scoring and for the oracle.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol

@@ -6,8 +6,6 @@ the robot's fixed axes (`attitude.rotation_of_fixed_angles`). The columns `camer
 right, z forward), with those of the robot as measured in one image, and after the filter.
 """
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Figures of the rendered experiments: angles image by image, and how fast each method learns."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 

@@ -5,8 +5,6 @@ The poses are turned until they look at it: as printed, some miss it by centimet
 reaches a pose it carries the camera there, else a free camera takes the image.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

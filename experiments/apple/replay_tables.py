@@ -1,7 +1,5 @@
 """What the replays of the published poses say, beside what was published."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

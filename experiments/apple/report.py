@@ -1,7 +1,5 @@
 """Rebuilds tables and figures of the studies of apples from their rows."""
 
-from __future__ import annotations
-
 from experiments.apple.approach import ApproachRow
 from experiments.apple.approach_tables import approach_tables
 from experiments.apple.estimates import EstimateRow, collect_estimates

@@ -1,7 +1,5 @@
 """What came out of Tables 1 and 2 of [Zhou2011], beside what was published."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from experiments.apple.convention import readings

@@ -1,7 +1,5 @@
 """Ways to choose where the camera goes next, under one name each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

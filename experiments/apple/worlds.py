@@ -4,8 +4,6 @@ Worlds of one seed share what they can: the same place, axis, leaves and light f
 with and without leaves in front, for both classes of a calyx. So classes are compared in pairs.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What determines a flight, and the row that it leaves."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import asdict, dataclass

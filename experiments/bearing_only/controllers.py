@@ -1,7 +1,5 @@
 """The contestants: a pose source, a target filter and a control, each by name."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 

@@ -1,7 +1,5 @@
 """Figures of bearing-only flights: how errors go with time and with the setting."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

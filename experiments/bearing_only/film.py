@@ -1,7 +1,5 @@
 """Films of flights: the view from above beside what the camera sees, or beside the errors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Protocol
 

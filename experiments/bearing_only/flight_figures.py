@@ -4,8 +4,6 @@ They are the counterparts of [Wu2022] Figs. 6, 11 to 17 and 20, drawn from the f
 that a study keeps whole.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias

@@ -1,7 +1,5 @@
 """One flight from the first image to the last: the world, the pilot, and what is noted of both."""
 
-from __future__ import annotations
-
 import contextlib
 import time
 from collections.abc import Callable, Sequence

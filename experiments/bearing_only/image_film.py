@@ -1,7 +1,5 @@
 """Pictures of a flight from images: what the camera sees, what is seen in it, and from above."""
 
-from __future__ import annotations
-
 from collections import deque
 
 import cv2

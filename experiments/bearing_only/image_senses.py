@@ -1,7 +1,5 @@
 """Senses that take images of the hall and look at them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from experiments.bearing_only.config import FlightRun

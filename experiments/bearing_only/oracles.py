@@ -1,7 +1,5 @@
 """The true pose, or the true pose with an error of known size: a control arm, not a method."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

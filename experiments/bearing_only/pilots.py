@@ -1,7 +1,5 @@
 """The pilot of a run: settings of the study and of the controller, and its random streams."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Pictures of a flight among points: the room from above, the errors and the command so far."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg

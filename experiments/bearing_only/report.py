@@ -1,7 +1,5 @@
 """Rebuilds every table and figure of a study of flights from its rows."""
 
-from __future__ import annotations
-
 from experiments.bearing_only.config import FlightResult
 from experiments.bearing_only.tables import behaviour_table, cost_table, error_table, ratio_table
 from experiments.bearing_only.traces import CURVE_HEADER, CURVES, parse_table

@@ -1,7 +1,5 @@
 """What the work of a flight leaves: row, timings, curve and, of a few, the whole flight."""
 
-from __future__ import annotations
-
 import time
 import traceback
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The rows of finished flights."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any

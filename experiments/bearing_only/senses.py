@@ -3,8 +3,6 @@
 The world is read here, and nothing of it but measurements goes on to the pilot.
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from experiments.bearing_only.config import FlightRun

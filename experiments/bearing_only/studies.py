@@ -1,7 +1,5 @@
 """The five studies: which world each has, and which runs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

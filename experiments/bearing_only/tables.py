@@ -1,7 +1,5 @@
 """Tables of bearing-only flights, from runs.csv and timings.csv alone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """A flight from above, drawn instant by instant: ways, beliefs, landmarks and covariances."""
 
-from __future__ import annotations
-
 from typing import TypeAlias
 
 import cv2

@@ -1,7 +1,5 @@
 """What a flight leaves beside its row: error curves of all, and everything of a few to look at."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The compiled world of a trial, kept from trial to trial, and the truth about its object."""
 
-from __future__ import annotations
-
 import atexit
 import functools
 import weakref

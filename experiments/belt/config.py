@@ -1,7 +1,5 @@
 """What determines a trial, and what a trial leaves behind: one flat row."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json

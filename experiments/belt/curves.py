@@ -6,11 +6,10 @@ estimate, so a wrong or a late estimate does not show in it. Beside it stands th
 between the true hand and the true object; where the two part, the tracker was wrong.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -46,7 +45,7 @@ class ErrorCurve:
         return np.arange(len(self.true_m)) / CURVE_HZ
 
     @classmethod
-    def of(cls, trace: TrialTrace, entered_view_s: float | None) -> ErrorCurve:
+    def of(cls, trace: TrialTrace, entered_view_s: float | None) -> Self:
         """The curve of a trial; empty where the object never came into view."""
         if entered_view_s is None:
             return cls(np.empty(0), np.empty(0))

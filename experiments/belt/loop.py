@@ -1,7 +1,5 @@
 """The closed loop: image -> warp -> pose -> prediction -> grasp -> servo -> world."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """From a trace and the referee's record to one row: what happened, how well, and why not."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

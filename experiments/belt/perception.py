@@ -4,8 +4,6 @@ The control arms bound what any tracker can do. `oracle` and `oracle-noisy` read
 truth; here alone truth can become what the arm is told.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections import deque

@@ -1,11 +1,9 @@
 """Named sweeps: cells (what is compared) times seeds (the worlds it is compared in)."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 from experiments.belt.config import TrialConfig
 
@@ -27,9 +25,7 @@ class Preset:
         if len(cells) != len(self.cells) or len(set(self.seeds)) != len(self.seeds):
             raise ValueError(f"preset {self.name}: cells and seeds must not repeat")
 
-    def restricted(
-        self, trackers: Sequence[str] = (), seeds: Sequence[int] | None = None
-    ) -> Preset:
+    def restricted(self, trackers: Sequence[str] = (), seeds: Sequence[int] | None = None) -> Self:
         """The same preset with these trackers and seeds, where any are given.
 
         A tracker that the preset does not have takes the cells of its first tracker.

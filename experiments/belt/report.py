@@ -1,7 +1,5 @@
 """Rebuilds every table and figure of a sweep from its rows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from experiments.belt.analysis.accuracy_table import accuracy_table

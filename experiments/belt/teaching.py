@@ -8,8 +8,6 @@ Which part of its bounding rectangle is the object's face is known from its draw
 Nothing of a later trial is known then.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

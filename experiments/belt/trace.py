@@ -1,7 +1,5 @@
 """What a trial remembers: truth, belief and hand at every control step, and every estimate."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """One attempt: from a configuration to a row."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path

@@ -1,7 +1,5 @@
 """MuJoCo's interactive viewer on the scene of a trial."""
 
-from __future__ import annotations
-
 import mujoco.viewer
 
 from experiments.belt.cell import make_cell, make_episode

@@ -1,7 +1,5 @@
 """Two methods on the same tasks: which is better, by how much, and how sure that is."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Rows that belong together, whatever they are rows of."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 

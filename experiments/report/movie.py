@@ -1,10 +1,8 @@
 """A film as an MP4 file, and captions on its pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Generator
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Self, cast
 
 import cv2
 import imageio_ffmpeg
@@ -24,7 +22,7 @@ class Movie:
         self.path, self._rate_hz = path, rate_hz
         self._writer: Generator[None, Any, None] | None = None
 
-    def __enter__(self) -> Movie:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -1,10 +1,9 @@
 """What a report leaves: files, and the tables as text for a terminal."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 from experiments.report.table import Table, write_tables
 
@@ -24,7 +23,7 @@ class Report:
         figures: Iterable[Path],
         shown: Sequence[str] = (),
         notes: Sequence[str] = (),
-    ) -> Report:
+    ) -> Self:
         """Writes the tables that have rows into `folder/tables` and returns the report on all.
 
         Args:

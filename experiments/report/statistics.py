@@ -15,8 +15,6 @@ Sources (95 % two-sided unless stated):
     [Efron1987] B. Efron, Better bootstrap confidence intervals. JASA 82:171-185, 1987; BCa.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Iterable, Sequence

@@ -1,7 +1,5 @@
 """How every figure looks: style, panels, a colour for each tracker, files without a date."""
 
-from __future__ import annotations
-
 import re
 import zlib
 from collections.abc import Generator, Iterable, Sequence

@@ -1,7 +1,5 @@
 """A table as people see it: in Markdown, LaTeX and a terminal; and as programs do: in CSV."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math
@@ -9,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Self, TypeAlias
 
 TableRow: TypeAlias = dict[str, Any]
 
@@ -30,7 +28,7 @@ class Table:
     columns: Sequence[Column]
 
     @classmethod
-    def of(cls, rows: Sequence[TableRow], *columns: Column) -> Table:
+    def of(cls, rows: Sequence[TableRow], *columns: Column) -> Self:
         """Returns the table of these rows with these columns."""
         return cls(rows, columns)
 

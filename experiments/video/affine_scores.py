@@ -5,8 +5,6 @@ sequence (TRE) or a disturbed box (SRE). So its errors are those of the motion s
 one leads from the true warp of the run's first frame to that of the present frame.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@
 are counted from 1, pixels from 0 with their centres at integers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

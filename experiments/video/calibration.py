@@ -4,8 +4,6 @@ A factor that is fitted on what it is judged by always fits; so each half of the
 factor of the other half. What is left over tells how much the honesty differs between sequences.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

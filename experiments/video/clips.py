@@ -6,8 +6,6 @@ it is a number. A reference scorer takes a box with x or y <= 0 for missing, so 
 does so to the right or downwards.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Precision and success curves of OTB results, as Figs. 4 to 9 of [IGPF2021]."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

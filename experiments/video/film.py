@@ -1,7 +1,5 @@
 """Films of video: the box of a tracker on every image of a sequence, beside the true one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

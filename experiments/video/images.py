@@ -1,7 +1,5 @@
 """Reading the images of a sequence, and telling a damaged one."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

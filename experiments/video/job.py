@@ -1,7 +1,5 @@
 """One tracker with one seed on one sequence by one protocol, and the row that this leaves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 from experiments.study.rows import JobOutcome

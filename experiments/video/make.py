@@ -3,8 +3,6 @@
 No sequence depends on which others are made, in which order, or by how many processes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import cv2

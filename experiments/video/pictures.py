@@ -1,7 +1,5 @@
 """A strip of images with the boxes of every tracker, as Fig. 3 of [IGPF2021]."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

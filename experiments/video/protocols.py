@@ -4,8 +4,6 @@ One-pass, temporal and spatial robustness evaluation [OTB2015]. Where the paper 
 benchmark's MATLAB code is the reference (`splitSeqTRE`, `shiftInitBB`), rounding included.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """One sequence of the rendered benchmark as a job, and the row that it leaves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from experiments.study.rows import JobOutcome

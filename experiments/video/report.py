@@ -1,7 +1,5 @@
 """Rebuilds every table and figure of trackers on video from their rows and curves."""
 
-from __future__ import annotations
-
 from experiments.report.report import Report
 from experiments.study.study import Results
 from experiments.video.job import VideoRow

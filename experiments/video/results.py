@@ -1,10 +1,9 @@
 """Results on video sequences as tables want them: the curves of every tracker on every sequence."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 from experiments.study.study import Key, Results
 from experiments.video.job import AFFINE, HITS, KEY, VideoRow
@@ -29,7 +28,7 @@ class OtbResults:
     """(protocol, sequence, tracker, seed) -> lines of affine errors; empty where there are none."""
 
     @classmethod
-    def collect(cls, results: Results[VideoRow]) -> OtbResults:
+    def collect(cls, results: Results[VideoRow]) -> Self:
         """The results in the rows and curves of a folder; jobs that crashed are left out."""
         by_seed: dict[tuple[str, str, str], dict[int, Curves]] = {}
         for row in results.good:

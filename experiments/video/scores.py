@@ -5,10 +5,9 @@ truth as prediction; a prediction without area repeats the one before; a frame w
 box counts as an overlap miss and, by the reference's error of -1, as a precision hit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -39,7 +38,7 @@ class Curves:
         return np.rint(shares * frame_count).astype(int).tolist()
 
     @classmethod
-    def of_hits(cls, hits: Sequence[int], frame_count: int) -> Curves:
+    def of_hits(cls, hits: Sequence[int], frame_count: int) -> Self:
         """The curves of so many hits among so many frames."""
         shares = np.array(hits) / frame_count
         return cls(shares[: len(OVERLAP_THRESHOLDS)], shares[len(OVERLAP_THRESHOLDS) :])

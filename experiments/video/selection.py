@@ -1,7 +1,5 @@
 """Which sequences of a folder a user means: by name, by challenge, or by a list in a file."""
 
-from __future__ import annotations
-
 import contextlib
 import difflib
 import sys

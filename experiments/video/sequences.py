@@ -7,8 +7,6 @@ so on instead, and its sequences are NAME-1 and so on. Optional beside it: `attr
 `affine_truth` reads. Source of the format and its exceptions: [OTB2015].
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Tables of OTB results: means by protocol, by challenge and by sequence, and affine errors."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Callable, Sequence

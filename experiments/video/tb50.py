@@ -3,8 +3,6 @@
 Source: the lists beside the reference code of [OTB2015].
 """
 
-from __future__ import annotations
-
 ATTRIBUTES = {
     "IV": "illumination variation",
     "SV": "scale variation",

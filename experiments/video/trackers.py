@@ -1,7 +1,5 @@
 """The trackers that can run on video sequences, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -4,11 +4,10 @@
 run, the frame counted from 1, x and y 1-based as in the ground truth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -78,19 +77,6 @@ def load_job_sequence(job: VideoJob) -> VideoSequence:
     return load_sequence(job.sequence, found[job.sequence])
 
 
-def track(job: VideoJob, sequence: VideoSequence) -> list[Pass]:
-    """All runs of a job side by side, so that each image is read once."""
-    passes = [Pass.of(job, sequence, run) for run in runs_of(job.protocol, sequence)]
-    for index in range(min(one.run.first for one in passes), len(sequence)):
-        image = sequence.image(index)
-        for one in passes:
-            if index == one.run.first:
-                one.start(image, sequence, job.tracker)
-            elif index > one.run.first:
-                one.step(image, index)
-    return passes
-
-
 @dataclass
 class Pass:
     """One run of a tracker, and what it leaves."""
@@ -104,7 +90,7 @@ class Pass:
     affine_lines: list[str] = field(default_factory=list[str])
 
     @classmethod
-    def of(cls, job: VideoJob, sequence: VideoSequence, run: Run) -> Pass:
+    def of(cls, job: VideoJob, sequence: VideoSequence, run: Run) -> Self:
         """A run with a fresh tracker, its random draws addressed by seed, sequence and run."""
         place = f"{job.protocol}/{sequence.name}/{run.name}"
         rng = seeding.generator(job.seed, seeding.Stream.VIDEO, place)
@@ -135,3 +121,16 @@ class Pass:
         numbers = [f"{value + 0.0:.4f}" for value in box]
         self.boxes.append([float(number) for number in numbers])
         self.box_lines.append(f"{self.run.name},{index + 1},{','.join(numbers)}\n")
+
+
+def track(job: VideoJob, sequence: VideoSequence) -> list[Pass]:
+    """All runs of a job side by side, so that each image is read once."""
+    passes = [Pass.of(job, sequence, run) for run in runs_of(job.protocol, sequence)]
+    for index in range(min(one.run.first for one in passes), len(sequence)):
+        image = sequence.image(index)
+        for one in passes:
+            if index == one.run.first:
+                one.start(image, sequence, job.tracker)
+            elif index > one.run.first:
+                one.step(image, index)
+    return passes

@@ -1,7 +1,5 @@
 """Who sees the target more exactly on the same worlds, whatever became of the grasp."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from statistics import median

@@ -1,7 +1,5 @@
 """Tables with a row for each cell, from the rows of trials.csv and timings.csv and nothing else."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ A cell is all that determines a trial except the seed, a setting is a cell witho
 a world is a setting with a seed.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 from typing import Any, TypeAlias

@@ -1,11 +1,9 @@
 """Two trackers on the worlds that both have met: better, worse or undecided, and how sure."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 from experiments.belt.analysis.cells import SETTING, World, title_of, world_of
 from experiments.belt.config import TrialResult
@@ -41,7 +39,7 @@ class Comparison:
     neither: int
 
     @classmethod
-    def of(cls, first: Mapping[World, bool], second: Mapping[World, bool]) -> Comparison:
+    def of(cls, first: Mapping[World, bool], second: Mapping[World, bool]) -> Self:
         """Pairs the worlds that both have met."""
         pairs = Counter((first[world], second[world]) for world in first if world in second)
         return cls(pairs[True, True], pairs[True, False], pairs[False, True], pairs[False, False])

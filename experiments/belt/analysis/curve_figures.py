@@ -1,7 +1,5 @@
 """Error curves of a setting: all of them with their median, and their mean with error bars."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

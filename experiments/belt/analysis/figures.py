@@ -1,7 +1,5 @@
 """Figures rebuilt from the rows of trials.csv and the error curves, and nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

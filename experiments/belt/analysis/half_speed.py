@@ -10,8 +10,6 @@ Sources:
     [Efron1987] BCa interval; seeds are drawn, since a seed gives all speeds its world.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How the trials of each cell ended, as stacked bars."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 

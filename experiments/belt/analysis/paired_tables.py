@@ -1,7 +1,5 @@
 """What differs on the same worlds: the reference tracker from others, a condition from normal."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from experiments.belt.analysis.cells import cell_keys, condition_keys, key_columns, world_of

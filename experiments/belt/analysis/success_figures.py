@@ -1,7 +1,5 @@
 """Success against belt speed, and over conditions, motions and trackers at a glance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import Any

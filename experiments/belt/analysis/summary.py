@@ -1,7 +1,5 @@
 """One trial in words, for a terminal."""
 
-from __future__ import annotations
-
 import math
 
 from experiments.belt.config import TrialConfig, TrialResult, TrialTimings
