@@ -7,8 +7,8 @@ import pytest
 
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.flying import fly
-from experiments.bearing_only.pilots import PairedWhims, pilot_config, rng_of, slam_config
-from experiments.bearing_only.senses import PointSenses
+from experiments.bearing_only.pilots import NoiseDraws, pilot_config, rng_of, slam_config
+from experiments.bearing_only.sensor_models import PointSensorModel
 from experiments.bearing_only.studies import world_of
 from sim.bearing_only.flight import DRAWS, Flight, FlightDraws
 from tracker.bearing_only.measurements import BodyIncrement, PoseBelief
@@ -27,15 +27,15 @@ def test_an_iteration_of_the_pilot(benchmark, controller, landmark_count):
     flight = Flight(config, FlightDraws.of(config, {name: rng_of(run, name) for name in DRAWS}))
     start = PoseBelief(flight.position_m, flight.R_world_body, np.zeros((6, 6)))
     slam = MonocularSlam(slam_config(run), start)
-    whims = PairedWhims([rng_of(run, "whims")], is_single=True)
-    pilot = BearingPilot(pilot_config(run), slam, TargetPrior(11.0, 2.0), whims)
-    senses = PointSenses(flight)
-    motion = pilot.step(senses.measure(BodyIncrement.none()))
+    noise_draws = NoiseDraws([rng_of(run, "whims")], is_single=True)
+    pilot = BearingPilot(pilot_config(run), slam, TargetPrior(11.0, 2.0), noise_draws)
+    sensors = PointSensorModel(flight)
+    motion = pilot.step(sensors.measure(BodyIncrement.none()))
 
     def following():
         increment = motion.increment
         flight.move(increment.displacement_m, increment.rotation_rad)
-        return (senses.measure(increment),), {}
+        return (sensors.measure(increment),), {}
 
     def step(measurements):
         nonlocal motion

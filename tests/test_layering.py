@@ -10,9 +10,8 @@ a tracker are in one module:
 - `experiments/belt/perception.py` holds the oracles beside the trackers;
 - `experiments/belt/loop.py` runs perception and writes the truth into the trace, for scoring;
 - `experiments/bearing_only/flying.py` is the loop of the bearing-only flights, whose truth lives in
-  `sim.bearing_only.flight`; beside it `oracles.py` holds their oracles, `senses.py` and
-  `image_senses.py` turn the world into measurements, and `top_view.py` draws truth and belief for
-  a film;
+  `sim.bearing_only.flight`; beside it `oracles.py` holds their oracles, `sensor_models.py`
+  turns the world into measurements, and `top_view.py` draws truth and belief for a film;
 - `experiments/apple/replay.py` hangs the fruit up, and scores what the methods say of its images.
 
 Each package has rooms: the folders and files directly under it (`scripts/structure.py` prints
@@ -55,9 +54,8 @@ TRUTH_MEETS_TRACKER = {
         "belt.teaching",
         "apple.replay",
         "bearing_only.flying",
-        "bearing_only.image_senses",
         "bearing_only.oracles",
-        "bearing_only.senses",
+        "bearing_only.sensor_models",
         "bearing_only.top_view",
     )
 }

@@ -85,7 +85,7 @@ class FlightResult:
     robot_error_m: float | None = None
     robot_error_max_m: float | None = None
     dead_reckoning_error_m: float | None = None
-    """Of the sum of the same odometry, beside whatever the contestant used."""
+    """Of the sum of the same odometry, beside whatever the controller used."""
     robot_nees: float | None = None
     """Median over the iterations after the first second; 3 degrees of freedom."""
     target_nees: float | None = None

@@ -1,6 +1,6 @@
-"""The contestants: a pose source, a target filter and a control, each by name."""
+"""The controllers: a pose source, a target filter and a control, each by name."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from tracker.bearing_only.control import Manoeuvre
@@ -14,7 +14,7 @@ oracle's position fused with the odometry."""
 
 @dataclass(frozen=True)
 class Controller:
-    """One contestant."""
+    """What a study of flights compares."""
 
     description: str
     manoeuvre: Manoeuvre = "log-det"
@@ -26,7 +26,7 @@ class Controller:
     """1 for no uncertainty floor."""
 
 
-CONTROLLERS: dict[str, Controller] = {
+_METHODS = {
     "published": Controller(
         "the paper's method with the process noise that reproduces its published error",
         manoeuvre="trace",
@@ -60,34 +60,30 @@ CONTROLLERS: dict[str, Controller] = {
         pose="dead-reckoning",
         floor_share=1.0,
     ),
-    "known-pose": Controller(
-        "as gradient, with the true pose (oracle)", manoeuvre="trace", pose="known", floor_share=1.0
-    ),
-    "known-pose-published": Controller(
-        "as published, with the true pose (oracle)",
-        manoeuvre="trace",
-        pose="known",
-        acceleration_std_mps2=0.5,
-        floor_share=1.0,
-    ),
+}
+
+
+def _of_known_pose(name: str) -> Controller:
+    description = f"as {name}, with the true pose (oracle)"
+    return replace(_METHODS[name], description=description, pose="known")
+
+
+CONTROLLERS: dict[str, Controller] = {
+    **_METHODS,
+    "known-pose": _of_known_pose("gradient"),
+    "known-pose-published": _of_known_pose("published"),
     "fused-pose": Controller(
         "as gradient, with the oracle's position and the odometry in one filter",
         manoeuvre="trace",
         pose="fused",
         floor_share=1.0,
     ),
-    "known-pose-log-det": Controller("as log-det, with the true pose (oracle)", pose="known"),
-    "known-pose-cubature": Controller(
-        "as cubature, with the true pose (oracle)", pose="known", target_model="cubature"
-    ),
-    "known-pose-mixture": Controller(
-        "as mixture, with the true pose (oracle)", pose="known", target_model="mixture"
-    ),
-    "known-pose-turn": Controller(
-        "as turn, with the true pose (oracle)", pose="known", target_model="turn"
-    ),
+    **{
+        f"known-pose-{name}": _of_known_pose(name)
+        for name in ("log-det", "cubature", "mixture", "turn")
+    },
 }
-"""Every contestant by name."""
+"""Every controller by name."""
 
 
 ORACLES: tuple[PoseKind, ...] = ("known", "fused")
@@ -95,6 +91,6 @@ ORACLES: tuple[PoseKind, ...] = ("known", "fused")
 
 
 def get_controller(name: str) -> Controller:
-    """The contestant; ValueError lists the names for an unknown one."""
+    """The controller; ValueError lists the names for an unknown one."""
     require_known("controller", name, CONTROLLERS)
     return CONTROLLERS[name]

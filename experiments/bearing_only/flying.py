@@ -2,8 +2,10 @@
 
 import contextlib
 import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +13,8 @@ from numpy.typing import NDArray
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.controllers import ORACLES, get_controller
 from experiments.bearing_only.oracles import KnownPose
-from experiments.bearing_only.pilots import PairedWhims, pilot_config, rng_of, slam_config
-from experiments.bearing_only.senses import Senses, senses_of
+from experiments.bearing_only.pilots import NoiseDraws, pilot_config, rng_of, slam_config
+from experiments.bearing_only.sensor_models import SensorModel, sensor_model_of
 from experiments.bearing_only.studies import world_of
 from sim.bearing_only.flight import DRAWS, Flight, FlightDraws
 from tracker.bearing_only.control import range_std
@@ -31,39 +33,30 @@ LEAST_PRIOR = 0.1
 """A guess of the range is not less than this share of the truth."""
 
 
-@dataclass(eq=False)
 class FlightLog:
-    """What happened: arrays with the iterations on the first axis, the flights on the second."""
+    """What happened: a column for each thing that `_note` names, a value for each iteration.
 
-    robot_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    robot_estimate_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    robot_covariance: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    reckoned_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    target_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    target_velocity_mps: list[NDArray[np.float64]] = field(
-        default_factory=list[NDArray[np.float64]]
-    )
-    target_estimate_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    velocity_estimate_mps: list[NDArray[np.float64]] = field(
-        default_factory=list[NDArray[np.float64]]
-    )
-    target_covariance: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    sight_std_m: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    innovation_area_px2: list[NDArray[np.float64]] = field(
-        default_factory=list[NDArray[np.float64]]
-    )
-    follow_mps: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    command_mps: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    aside_mps: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    is_seen: list[NDArray[np.bool_]] = field(default_factory=list[NDArray[np.bool_]])
-    unseen_count: list[NDArray[np.int64]] = field(default_factory=list[NDArray[np.int64]])
-    landmarks_in_view: list[int] = field(default_factory=list[int])
-    step_s: list[float] = field(default_factory=list[float])
+    Iterations before the target was first seen have no values. Where several flights go on at once,
+    each value has them on its first axis.
+    """
+
+    def __init__(self) -> None:
+        self._columns: defaultdict[str, list[Any]] = defaultdict(list)
+        self.step_s: list[float] = []
+        """Wall-clock time of every step of the pilot."""
+
+    def __len__(self) -> int:
+        return len(self._columns["is_seen"])
+
+    def note(self, **values: Any) -> None:
+        """Appends a value to each of these columns."""
+        for name, value in values.items():
+            self._columns[name].append(value)
 
     def array(self, name: str) -> NDArray[np.float64]:
-        """One list as an array (iterations, flights, ...)."""
-        values = np.array(getattr(self, name), float)
-        is_single = np.ndim(self.is_seen[0]) == 0
+        """One column as an array (iterations, flights, ...)."""
+        values = np.array(self._columns[name], float)
+        is_single = np.ndim(self._columns["is_seen"][0]) == 0
         return values[:, None] if is_single else values
 
 
@@ -87,7 +80,7 @@ class Instant:
     flight: Flight
     pilot: BearingPilot
     source: PoseSource
-    senses: Senses
+    sensors: SensorModel
     motion: MotionCommand
 
     @property
@@ -160,14 +153,14 @@ def fly(runs: Sequence[FlightRun], watch: Callable[[Instant], None] | None = Non
     )
     noise = (flight.config.odometry_std_m, flight.config.odometry_std_rad)
     source, reckoning = _source(runs, flight, start), DeadReckoning(start, *noise)
-    whims = PairedWhims([rng_of(run, "whims") for run in runs], is_single)
-    pilot = BearingPilot(pilot_config(first), source, _prior(runs, flight, is_single), whims)
+    noise_draws = NoiseDraws([rng_of(run, "whims") for run in runs], is_single)
+    pilot = BearingPilot(pilot_config(first), source, _prior(runs, flight, is_single), noise_draws)
     still = np.zeros_like(flight.position_m)
     odometry = BodyIncrement(still, still)
-    with contextlib.closing(senses_of(first, flight)) as senses:
+    with contextlib.closing(sensor_model_of(first, flight)) as sensors:
         for k in range(first.iteration_count):
             try:
-                measurements = senses.measure(odometry)
+                measurements = sensors.measure(odometry)
                 started_s = time.perf_counter()
                 motion = pilot.step(measurements)
             except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
@@ -177,7 +170,7 @@ def fly(runs: Sequence[FlightRun], watch: Callable[[Instant], None] | None = Non
             if pilot.has_target:
                 _note(log, flight, pilot, motion, reckoned, measurements)
             if watch is not None:
-                watch(Instant(flight, pilot, source, senses, motion))
+                watch(Instant(flight, pilot, source, sensors, motion))
             odometry = motion.increment
             if k + 1 < first.iteration_count:
                 flight.move(odometry.displacement_m, odometry.rotation_rad)
@@ -210,18 +203,14 @@ def _prior(runs: Sequence[FlightRun], flight: Flight, is_single: bool) -> Target
     run, draws = runs[0], np.stack([rng_of(run, "prior").standard_normal(4) for run in runs])
     if is_single:
         draws = draws[0]
-    distance_m = float(np.linalg.norm(np.subtract(flight.config.target.start_m, run_start(flight))))
+    start_m, target_start_m = flight.config.start_m, flight.config.target.start_m
+    distance_m = float(np.linalg.norm(np.subtract(target_start_m, start_m)))
     guess_m = distance_m * np.maximum(1.0 + run.range_prior * draws[..., 0], LEAST_PRIOR)
     std_m = np.full_like(guess_m, run.range_prior * distance_m)
     if run.range_prior < 0.1:
         velocity = np.array(flight.target_velocity_mps) + 0.5 * draws[..., 1:]
         return TargetPrior(guess_m, std_m, velocity, 0.5)
     return TargetPrior(guess_m, std_m, np.zeros_like(draws[..., 1:]), run.target_speed_mps)
-
-
-def run_start(flight: Flight) -> NDArray[np.float64]:
-    """(3,): where the vehicle starts."""
-    return np.array(flight.config.start_m)
 
 
 def _note(
@@ -234,23 +223,24 @@ def _note(
 ) -> None:
     """Writes down truth and belief of this iteration."""
     pose, target = pilot.pose, pilot.target
-    shape = flight.position_m.shape
-    log.robot_m.append(flight.position_m)
-    log.robot_estimate_m.append(pose.position_m)
-    log.robot_covariance.append(pose.covariance[..., :3, :3])
-    log.reckoned_m.append(reckoned.position_m)
-    log.target_m.append(np.broadcast_to(flight.target_m, shape))
-    log.target_velocity_mps.append(np.broadcast_to(flight.target_velocity_mps, shape))
-    log.target_estimate_m.append(target.position_m)
-    log.velocity_estimate_mps.append(target.velocity_mps)
-    log.target_covariance.append(target.covariance[..., :3, :3])
-    log.sight_std_m.append(range_std(pose, target)[1])
-    S = pilot.innovation_covariance
+    shape, S = flight.position_m.shape, pilot.innovation_covariance
     area = np.full(shape[:-1], np.nan) if S is None else np.pi * np.sqrt(np.linalg.det(S))
-    log.innovation_area_px2.append(area)
-    log.follow_mps.append(motion.follow_mps)
-    log.command_mps.append(motion.increment.displacement_m / flight.config.dt_s)
-    log.aside_mps.append(motion.observability_mps)
-    log.unseen_count.append(pilot.unseen_count)
-    log.is_seen.append(pilot.unseen_count == 0)
-    log.landmarks_in_view.append(len(measurements.features.ids))
+    log.note(
+        robot_m=flight.position_m,
+        robot_estimate_m=pose.position_m,
+        robot_covariance=pose.covariance[..., :3, :3],
+        reckoned_m=reckoned.position_m,
+        target_m=np.broadcast_to(flight.target_m, shape),
+        target_velocity_mps=np.broadcast_to(flight.target_velocity_mps, shape),
+        target_estimate_m=target.position_m,
+        velocity_estimate_mps=target.velocity_mps,
+        target_covariance=target.covariance[..., :3, :3],
+        sight_std_m=range_std(pose, target)[1],
+        innovation_area_px2=area,
+        follow_mps=motion.follow_mps,
+        command_mps=motion.increment.displacement_m / flight.config.dt_s,
+        aside_mps=motion.observability_mps,
+        unseen_count=pilot.unseen_count,
+        is_seen=pilot.unseen_count == 0,
+        landmarks_in_view=len(measurements.features.ids),
+    )

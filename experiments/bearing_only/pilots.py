@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.bearing_only.config import FlightRun
-from experiments.bearing_only.controllers import Controller, get_controller
+from experiments.bearing_only.controllers import get_controller
 from experiments.bearing_only.studies import STUDIES
 from experiments.seeding import Stream, generator
 from tracker.bearing_only.control import ControlConfig, DifferentialDrive
@@ -33,7 +33,7 @@ def rng_of(run: FlightRun, source: str) -> np.random.Generator:
     return generator(run.seed, Stream.FLIGHT, source)
 
 
-class PairedWhims:
+class NoiseDraws:
     """Standard normal numbers of each step, for one flight or for several at once."""
 
     def __init__(self, rngs: Sequence[np.random.Generator], is_single: bool) -> None:
@@ -48,7 +48,7 @@ class PairedWhims:
 def pilot_config(run: FlightRun) -> PilotConfig:
     """Settings of the run's pilot."""
     controller, is_indoors = get_controller(run.controller), run.study == "robot"
-    scale = INDOOR_SCALE if is_indoors else 1.0
+    scale, usual = INDOOR_SCALE if is_indoors else 1.0, TargetNoise()
     return PilotConfig(
         camera=camera_of(run),
         control=ControlConfig(
@@ -59,20 +59,13 @@ def pilot_config(run: FlightRun) -> PilotConfig:
             floor_share=controller.floor_share,
         ),
         target_model=controller.target_model,
-        target_noise=_target_noise(
-            controller, scale, TARGET_STD_PX if run.is_rendered else TargetNoise().pixel_std_px
+        target_noise=TargetNoise(
+            pixel_std_px=TARGET_STD_PX if run.is_rendered else usual.pixel_std_px,
+            acceleration_std_mps2=scale * controller.acceleration_std_mps2,
+            turn_acceleration_std_mps2=scale * usual.turn_acceleration_std_mps2,
         ),
         dt_s=0.1 if is_indoors else 0.05,
         drive=DifferentialDrive() if is_indoors else None,
-    )
-
-
-def _target_noise(controller: Controller, scale: float, pixel_std_px: float) -> TargetNoise:
-    usual = TargetNoise()
-    return TargetNoise(
-        pixel_std_px=pixel_std_px,
-        acceleration_std_mps2=scale * controller.acceleration_std_mps2,
-        turn_acceleration_std_mps2=scale * usual.turn_acceleration_std_mps2,
     )
 
 

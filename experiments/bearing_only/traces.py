@@ -25,11 +25,12 @@ CURVE_STUDIES = ("line", "circle", "robot", "line-pixels", "circle-pixels")
 TRACED = ("gradient", "follow", "turn")
 """Controllers of which the flight with seed 0 is kept whole, for the figures."""
 TRACED_SEED = 0
+_PLACES = ("robot", "robot_estimate", "reckoned", "target", "target_estimate")
 
 
 def curve_of(run: FlightRun, log: FlightLog, index: int) -> str:
     """Returns the curve of one flight as lines of CSV; empty for a study that draws none."""
-    if run.study not in CURVE_STUDIES or not log.is_seen:
+    if run.study not in CURVE_STUDIES or not log:
         return ""
     errors = [
         np.linalg.norm(log.array(a)[:, index] - log.array(b)[:, index], axis=-1)
@@ -42,7 +43,7 @@ def curve_of(run: FlightRun, log: FlightLog, index: int) -> str:
     other = [log.array(name)[:, index] for name in ("sight_std_m", "innovation_area_px2")]
     return "".join(
         csv_line([run.run_id, k, *(_rounded(values[k]) for values in (*errors, *other))])
-        for k in range(0, len(log.is_seen), CURVE_EVERY)
+        for k in range(0, len(log), CURVE_EVERY)
     )
 
 
@@ -59,15 +60,10 @@ def trace_name(run: FlightRun | FlightResult) -> str:
 def trace_of(log: FlightLog, index: int) -> str:
     """Returns the whole flight as CSV."""
     columns: dict[str, np.ndarray] = {}
-    for name in ("robot", "robot_estimate", "reckoned", "target", "target_estimate"):
-        for axis, values in zip("xyz", log.array(f"{name}_m")[:, index].T, strict=True):
-            columns[f"{name}_{axis}_m"] = values
-    for name in ("command", "aside"):
-        for axis, values in zip("xyz", log.array(f"{name}_mps")[:, index].T, strict=True):
-            columns[f"{name}_{axis}_mps"] = values
-    P = log.array("target_covariance")[:, index]
-    for i, j in ((0, 0), (0, 1), (1, 1)):
-        columns[f"target_covariance_{'xyz'[i]}{'xyz'[j]}_m2"] = P[:, i, j]
+    for name, unit in (*((name, "m") for name in _PLACES), ("command", "mps"), ("aside", "mps")):
+        for axis, values in zip("xyz", log.array(f"{name}_{unit}")[:, index].T, strict=True):
+            columns[f"{name}_{axis}_{unit}"] = values
+    columns |= _horizontal("target_covariance", log.array("target_covariance")[:, index])
     for name in ("follow_mps", "sight_std_m", "innovation_area_px2", "is_seen"):
         columns[name] = log.array(name)[:, index]
     return _csv(columns)
@@ -86,9 +82,12 @@ def map_of(flown: Flown) -> str | None:
     columns: dict[str, np.ndarray] = {"id": ids}
     for axis, true, estimate in zip("xyz", truth.T, points.T, strict=True):
         columns[f"{axis}_m"], columns[f"estimate_{axis}_m"] = true, estimate
-    for i, j in ((0, 0), (0, 1), (1, 1)):
-        columns[f"covariance_{'xyz'[i]}{'xyz'[j]}_m2"] = P[:, i, j]
-    return _csv(columns)
+    return _csv(columns | _horizontal("covariance", P))
+
+
+def _horizontal(name: str, P: np.ndarray) -> dict[str, np.ndarray]:
+    """Columns of the covariances of x and y."""
+    return {f"{name}_xx_m2": P[:, 0, 0], f"{name}_xy_m2": P[:, 0, 1], f"{name}_yy_m2": P[:, 1, 1]}
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:

@@ -9,7 +9,7 @@ from experiments.bearing_only import flying
 from experiments.bearing_only.config import FlightRun
 from experiments.bearing_only.controllers import CONTROLLERS
 from experiments.bearing_only.flying import fly
-from experiments.bearing_only.scores import results_of
+from experiments.bearing_only.run import results_of
 from experiments.bearing_only.studies import STUDIES, world_of
 
 SHORT = FlightRun("circle", "gradient", seed=1000, landmark_count=60, iteration_count=40)

@@ -1,4 +1,4 @@
-"""Flights from rendered images: the command, the senses, the film and what is refused."""
+"""Flights from rendered images: the command, the sensors, the film and what is refused."""
 
 import csv
 import subprocess
@@ -11,11 +11,10 @@ import pytest
 
 from experiments import cli
 from experiments.bearing_only.config import FlightRun
+from experiments.bearing_only.film import ImageFilm, colour_of
 from experiments.bearing_only.flying import fly
-from experiments.bearing_only.image_film import ImageFilm, colour_of
-from experiments.bearing_only.image_senses import ImageSenses
-from experiments.bearing_only.scores import results_of
-from experiments.bearing_only.senses import PointSenses
+from experiments.bearing_only.run import results_of
+from experiments.bearing_only.sensor_models import ImageSensorModel, PointSensorModel
 from experiments.bearing_only.studies import STUDIES, world_of
 
 RUN = FlightRun("circle-pixels", "log-det", seed=1000, iteration_count=12)
@@ -69,11 +68,11 @@ def test_an_image_tells_where_the_target_is():
     errors, counts = [], []
 
     def watch(instant):
-        assert isinstance(instant.senses, ImageSenses)
-        flight, glimpse = instant.flight, instant.senses.glimpse
+        assert isinstance(instant.sensors, ImageSensorModel)
+        flight, seen = instant.flight, instant.sensors.seen
         in_body = (flight.target_m - flight.position_m) @ flight.R_world_body
-        errors.append(glimpse.target_px - flight.config.camera.see(in_body)[0])
-        counts.append(len(glimpse.features.ids))
+        errors.append(seen.target_px - flight.config.camera.see(in_body)[0])
+        counts.append(len(seen.features.ids))
 
     flown = fly([RUN], watch)
     assert flown.error is None
@@ -92,7 +91,10 @@ def test_the_noise_of_the_motion_is_that_of_the_points():
     """A flight among images and one among points begin alike: the same odometry, so paired."""
     images = fly([replace(RUN, iteration_count=2)])
     points = fly([replace(RUN, study="circle", iteration_count=2)])
-    told = [np.subtract(f.log.robot_m[1], f.log.reckoned_m[1]) for f in (images, points)]
+    told = [
+        np.subtract(f.log.array("robot_m")[1], f.log.array("reckoned_m")[1])
+        for f in (images, points)
+    ]
     # Their commands differ a little (another pixel), the noise in the body's frame does not.
     assert np.abs(told[0] - told[1]).max() < 1e-3
     assert np.abs(told[0]).max() > 1e-3
@@ -124,7 +126,7 @@ def test_points_make_no_film():
     film = ImageFilm(RUN)
 
     def watch(instant):
-        assert isinstance(instant.senses, PointSenses)
+        assert isinstance(instant.sensors, PointSensorModel)
         with pytest.raises(AssertionError, match="no images"):
             film.picture(instant)
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from experiments.bearing_only.config import FlightRun
+from experiments.bearing_only.film import PointFilm
 from experiments.bearing_only.flying import fly
-from experiments.bearing_only.point_film import PointFilm
 from experiments.bearing_only.top_view import ROBOT, TARGET
 
 
