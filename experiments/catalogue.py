@@ -1,7 +1,5 @@
 """Every name a user can give, with one line about it, read from the registries."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """The command `beltgrasp`: studies of four subjects, and what all results folders have."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -4,8 +4,6 @@ Scene and sensor streams know nothing of the tracker, so every tracker meets the
 the same noise draws, and differences between trackers are paired.
 """
 
-from __future__ import annotations
-
 import enum
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every study by its name: the subject's part of it says where the study is described."""
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The command `beltgrasp apple`: which way apples hang, from published tables and in images."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 

@@ -1,7 +1,5 @@
 """The three studies of apples: the published tables, their poses again, and approaches."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The command `beltgrasp bearing-only`: fly the studies of [Wu2022]."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 

@@ -49,10 +49,10 @@ class ImageSensorModel:
     """Rendered images: landmarks are corners, and the target is found by its colour."""
 
     def __init__(self, flight: Flight, run: FlightRun) -> None:
-        from sim.bearing_only.hall_camera import HallCamera, HallCameraConfig
+        from sim.bearing_only.hall import HallCamera, HallConfig
 
         self._flight = flight
-        self.camera = HallCamera(HallCameraConfig(), rng_of(run, "hall"), rng_of(run, "image"))
+        self.camera = HallCamera(HallConfig(), rng_of(run, "hall"), rng_of(run, "image"))
         self._sensor = ImageSensor(self.camera.reference_photograph())
         self.image = np.zeros((0, 0, 3), np.uint8)
         """The last one."""

@@ -1,7 +1,5 @@
 """The studies of bearing-only tracking as the mechanism runs them: one flight a job."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial

@@ -1,7 +1,5 @@
 """The commands `beltgrasp trial`, `sweep` and `view`: one attempt, many, and a look at the cell."""
 
-from __future__ import annotations
-
 import json as json_format
 import os
 import sys

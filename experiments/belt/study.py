@@ -1,7 +1,5 @@
 """Sweeps as a study: every cell at every seed, one attempt to grasp each."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import partial

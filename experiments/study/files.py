@@ -1,7 +1,5 @@
 """Writes that survive a kill: whole files replaced in one step, whole lines appended and synced."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

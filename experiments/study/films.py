@@ -4,8 +4,6 @@ The same job gives the same result, so that nothing need be recorded before it i
 ends. A video is there when it is whole, so that a run that was stopped makes those that lack.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 import sys

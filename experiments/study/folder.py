@@ -6,8 +6,6 @@ the compressed files of curves, in the order of the jobs and each replaced in on
 do not depend on the number of workers, on kills, or on what was run first.
 """
 
-from __future__ import annotations
-
 import csv
 import gzip
 import json

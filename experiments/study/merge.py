@@ -1,7 +1,5 @@
 """Puts the shards of a study together: rows, timings, curves and files, as of the whole."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

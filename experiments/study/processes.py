@@ -4,8 +4,6 @@ A worker that dies (killed, out of memory, a fault in a driver) costs only the t
 replaced, and the task is tried again. One worker is used in the same way as several.
 """
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import os

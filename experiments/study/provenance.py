@@ -1,7 +1,5 @@
 """The code, the packages, the machine and the command that results come from."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import os
 import platform

@@ -1,7 +1,5 @@
 """Whether this machine can render without a display, and what does it."""
 
-from __future__ import annotations
-
 import importlib
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Rows: dataclasses of scalars as lines of CSV, one schema and one writer for every study."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import types

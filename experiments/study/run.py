@@ -5,8 +5,6 @@ any interruption. A job that crashes leaves a row with `outcome` error and its t
 tried again by the next run.
 """
 
-from __future__ import annotations
-
 import contextlib
 import sys
 import time

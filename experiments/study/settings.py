@@ -4,8 +4,6 @@ A results folder keeps the settings of all its rows in the manifest. The same co
 settings is refused with what differs, so that no table shows two methods under one name.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import enum
 import functools

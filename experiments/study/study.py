@@ -4,8 +4,6 @@ A study is described once, by a `Study`; `run`, `films`, `merge` and the command
 the same way for every one of them.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, fields

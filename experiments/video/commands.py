@@ -1,7 +1,5 @@
 """The command `beltgrasp otb`: render sequences, and run trackers on sequences."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, TypeAlias

@@ -1,7 +1,5 @@
 """The studies of video: trackers on sequences by the protocols of OTB; rendered sequences."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
