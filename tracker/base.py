@@ -27,15 +27,16 @@ class WarpEstimate:
     """(3, 3) Aff(2) element, template coordinates -> image [px]."""
     covariance: np.ndarray
     """(6, 6) in the tangent space at `warp` (right perturbation, template coordinates)."""
-    ess: float
+    ess: float = 1.0
     """Effective sample size of the weighted particles, from 1 to their number."""
-    log_likelihood: float
-    """Log of the mean unnormalised weight: how well the image was predicted."""
-    ncc: float
+    log_likelihood: float = 0.0
+    """Log of the mean unnormalised weight: how well the image was predicted; -inf where no particle
+    explains it."""
+    ncc: float = 0.0
     """Normalised cross-correlation of template and visible patch, from -1 to 1."""
-    visible_fraction: float
+    visible_fraction: float = 0.0
     """Share of the template that lies in the image and is not hidden, from 0 to 1."""
-    status: Status
+    status: Status = Status.UNCERTAIN
     particles: np.ndarray = field(default_factory=lambda: np.empty((0, 3, 3)))
     """(n, 3, 3) warps after resampling; may be empty."""
 

@@ -52,6 +52,8 @@ def true_warp(view, unit_px):
     """Warp of the box at (x, y, yaw) in the overhead image."""
 
     def warp(x, y, yaw):
-        return aff2.similarity(unit_px, math.pi / 2 - yaw, view.pixel_of_world(np.array([x, y])))
+        return aff2.similarity(
+            unit_px, math.pi / 2 - yaw, scenes.pixel_of_world(view, np.array([x, y]))
+        )
 
     return warp

@@ -30,6 +30,14 @@ def look_at(position, target, up=(0.0, 0.0, 1.0)) -> np.ndarray:
     return T
 
 
+def pixel_of_world(view, point_m) -> np.ndarray:
+    """(..., 2) overhead pixels (column, row) of world points (..., 2 or 3) on the plane."""
+    point_m = np.asarray(point_m, float)
+    column = (point_m[..., 1] - view.y_range_m[0]) / view.m_per_px
+    row = (point_m[..., 0] - view.x_range_m[0]) / view.m_per_px
+    return np.stack([column, row], axis=-1)
+
+
 @functools.cache
 def box_picture(seed: int = 3) -> np.ndarray:
     """(160, 400) uint8 carton artwork, different under a half turn."""

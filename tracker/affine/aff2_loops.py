@@ -129,12 +129,7 @@ def _integral_and_exponential(
             0.5 * (vc + ec * va + ed * vc),
             0.5 * (vd + ec * vb + ed * vd),
         )
-        ea, eb, ec, ed = (
-            ea * ea + eb * ec,
-            eb * (ea + ed),
-            ec * (ea + ed),
-            ed * ed + eb * ec,
-        )
+        ea, eb, ec, ed = (ea * ea + eb * ec, eb * (ea + ed), ec * (ea + ed), ed * ed + eb * ec)
     return (va, vb, vc, vd), (ea, eb, ec, ed)
 
 

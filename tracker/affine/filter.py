@@ -7,7 +7,7 @@ dropped image does no harm.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -17,7 +17,7 @@ from tracker.affine.likelihood import Observation
 from tracker.affine.proposal import Draw, GaussianProposal, PriorProposal, Proposal
 from tracker.affine.resampling import RESAMPLERS, CombinationConfig, Particles, ResamplingContext
 from tracker.affine.state_space import STATE_SPACES, moments
-from tracker.base import Status, WarpEstimate
+from tracker.base import WarpEstimate
 from tracker.checks import require_choice, require_count, require_share
 
 
@@ -71,35 +71,6 @@ class FilterConfig:
         if self.proposal == "prior":
             return PriorProposal()
         return GaussianProposal(self.iterations, self.prior_share, self.family_size)
-
-
-@dataclass(frozen=True, eq=False)
-class FilterEstimate:
-    """Moments of the particles after one image."""
-
-    warp: np.ndarray
-    """(3, 3) weighted mean on the state space."""
-    covariance: np.ndarray
-    """(6, 6) weighted covariance in the tangent space at `warp`."""
-    ess: float
-    """Effective sample size of the weighted particles."""
-    log_evidence: float
-    """Log of the mean unnormalised weight; -inf when no particle explains the image."""
-    particles: np.ndarray
-    """(n, 3, 3) warps after resampling."""
-
-    def judged(self, ncc: float, visible_fraction: float, status: Status) -> WarpEstimate:
-        """Returns the estimate with what the image says of it."""
-        return WarpEstimate(
-            warp=self.warp,
-            covariance=self.covariance,
-            ess=self.ess,
-            log_likelihood=self.log_evidence,
-            ncc=ncc,
-            visible_fraction=visible_fraction,
-            status=status,
-            particles=self.particles,
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,8 +142,10 @@ class ParticleFilter:
         observation: Observation | None,
         step_s: float,
         detections_px: np.ndarray | None = None,
-    ) -> FilterEstimate:
+    ) -> WarpEstimate:
         """Moves the particles to the next image and returns their moments. [IGPF2021] Algorithm 1.
+
+        What the image says of the estimate (`ncc`, `visible_fraction`, `status`) is left open.
 
         Args:
             observation: the image; None where it cannot be used, and the particles only move.
@@ -187,7 +160,8 @@ class ParticleFilter:
         resampled = self._resample(weighted, observation, step_s)
         warp, covariance = self._estimate(weighted, resampled)
         self._state = FilterState(resampled, step_s, covariance)
-        return FilterEstimate(warp, covariance, weighted.ess, log_evidence, resampled.warps)
+        particles = resampled.warps
+        return WarpEstimate(warp, covariance, weighted.ess, log_evidence, particles=particles)
 
     def predict(self, step_s: float) -> np.ndarray:
         """(n, 3, 3) warps moved by their own velocity. [IGPF2021] Eqs (8), (9)."""
@@ -272,3 +246,42 @@ def _normalised(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
         return np.full(len(log_weights), -math.log(len(log_weights))), -math.inf
     log_sum = float(peak + np.log(np.exp(log_weights - peak).sum()))
     return log_weights - log_sum, log_sum
+
+
+@dataclass(frozen=True)
+class FilterMethod:
+    """The exchangeable parts of one particle filter; each is a field of `FilterConfig`."""
+
+    description: str
+    """One line for listings."""
+    state_space: Literal["group", "vector"]
+    proposal: Literal["gaussian", "prior"]
+    resampling: str
+
+    def applied_to(self, config: FilterConfig) -> FilterConfig:
+        """Returns `config` with the parts of this method; all other settings stay."""
+        return replace(
+            config, state_space=self.state_space, proposal=self.proposal, resampling=self.resampling
+        )
+
+
+METHODS: dict[str, FilterMethod] = {
+    "igpf": FilterMethod(
+        "particles on Aff(2), Gaussian proposal, improved Gaussian resampling",
+        state_space="group",
+        proposal="gaussian",
+        resampling="improved-gaussian",
+    ),
+    "gpf": FilterMethod(
+        "particles on Aff(2), Gaussian proposal, residual resampling",
+        state_space="group",
+        proposal="gaussian",
+        resampling="residual",
+    ),
+    "pf": FilterMethod(
+        "vector of affine parameters, transition prior, systematic resampling",
+        state_space="vector",
+        proposal="prior",
+        resampling="systematic",
+    ),
+}

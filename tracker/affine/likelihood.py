@@ -154,22 +154,6 @@ class TemplateObservation:
         return g, H
 
 
-@dataclass(frozen=True, eq=False)
-class PyramidObservation:
-    """The same image under falling blur: far from the target the coarse levels lead to it."""
-
-    levels: tuple[Observation, ...]
-    """The observations from coarse to fine."""
-
-    def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
-        """See `Observation`; the finest level decides."""
-        return self.levels[-1].log_likelihood(warps)
-
-    def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """See `Observation`; `iteration` is the number of the level."""
-        return self.levels[iteration].linearise(warps)
-
-
 _SHAPE_AXES = [0, 1, 3]
 
 

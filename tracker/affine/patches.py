@@ -1,8 +1,7 @@
 """Comparing many warped patches of an image with a template."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -22,7 +21,7 @@ class Layers:
     """(h, w) uint8, 1 where a pixel may show the target; without elements if all may."""
 
     @classmethod
-    def of(cls, image: np.ndarray, visibility: np.ndarray | None = None) -> Layers:
+    def of(cls, image: np.ndarray, visibility: np.ndarray | None = None) -> Self:
         """Layers of a grey image (h, w) and its visibility (h, w), None where all is visible."""
         grey = np.ascontiguousarray(image, np.float32)
         if visibility is None:

@@ -5,7 +5,7 @@ Both return warps with `log p(X_k | X_{k-1}) - log q(X_k | X_{k-1}, y_k)`, the p
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
@@ -28,21 +28,6 @@ class Draw:
     """(n,) log of the prior density less that of the proposal density."""
 
 
-class Proposal(Protocol):
-    """Draws one new particle from each predicted one."""
-
-    def draw(
-        self,
-        predicted: np.ndarray,
-        variances: np.ndarray,
-        observation: Observation,
-        space: StateSpace,
-        rng: np.random.Generator,
-    ) -> Draw:
-        """Draws around `predicted` (n, 3, 3), whose process noise has `variances` (6,)."""
-        ...
-
-
 @dataclass(frozen=True)
 class PriorProposal:
     """The transition density itself: the image is not consulted (CONDENSATION)."""
@@ -55,7 +40,7 @@ class PriorProposal:
         space: StateSpace,
         rng: np.random.Generator,
     ) -> Draw:
-        """Perturbs each predicted warp by process noise; the ratio is one."""
+        """Perturbs each of `predicted` (n, 3, 3) by noise of `variances` (6,); the ratio is one."""
         del observation
         e = rng.standard_normal((len(predicted), 6)) * np.sqrt(variances)
         return Draw(space.perturb(predicted, e), np.zeros(len(predicted)))
@@ -92,7 +77,10 @@ class GaussianProposal:
         space: StateSpace,
         rng: np.random.Generator,
     ) -> Draw:
-        """Draws from the local posterior of each predicted warp. [IGPF2021] Eqs (21)-(23)."""
+        """Draws from the local posterior of each of `predicted` (n, 3, 3).
+
+        Its process noise has `variances` (6,). [IGPF2021] Eqs (21)-(23).
+        """
         del space
         count = len(predicted)
         noise = rng.standard_normal((count, 6))
@@ -112,3 +100,7 @@ class GaussianProposal:
             predicted, variances, means, root, noise, is_prior, self.prior_share, warps, log_ratio
         )
         return Draw(warps, log_ratio)
+
+
+Proposal: TypeAlias = PriorProposal | GaussianProposal
+"""Draws one new particle from each predicted one."""

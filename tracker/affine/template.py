@@ -5,10 +5,9 @@ along both axes, so that a rotation of the template is a rotation in the image. 
 v down in the picture; a warp maps (u, v, 1) to image pixels.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
+from typing import Self
 
 import cv2
 import numpy as np
@@ -55,7 +54,7 @@ class Template:
         size: tuple[float, float],
         grid: tuple[int, int] | None = None,
         mask: np.ndarray | None = None,
-    ) -> Template:
+    ) -> Self:
         """Template of a `picture` (h, w) or RGB (h, w, 3), uint8.
 
         Args:
@@ -77,7 +76,7 @@ class Template:
     @classmethod
     def of_samples(
         cls, values: np.ndarray, size: tuple[float, float], texture_std: float = 1.0
-    ) -> Template:
+    ) -> Self:
         """Template of smooth grey values (rows, columns) on a grid over the target.
 
         Raises ValueError where their deviation is below `texture_std`.
@@ -89,10 +88,10 @@ class Template:
         mask = np.ones(picture.shape, bool)
         return cls._build((values, Tu, Tv), size, picture, mask, texture_std)
 
-    def blended(self, patch: np.ndarray, share: float) -> Template:
+    def blended(self, patch: np.ndarray, share: float) -> Self:
         """The template, one without a mask, with a share of a normalised patch in its values."""
         values = (1.0 - share) * self.values + share * patch
-        return Template.of_samples(values.reshape(self.shape), self.size, texture_std=0.0)
+        return self.of_samples(values.reshape(self.shape), self.size, texture_std=0.0)
 
     @classmethod
     def _build(
@@ -102,7 +101,7 @@ class Template:
         picture: np.ndarray,
         mask: np.ndarray,
         texture_std: float = 1.0,
-    ) -> Template:
+    ) -> Self:
         """Normalises values and their derivatives per cell, each (rows, columns)."""
         _require_size(size)
         width, height = size
@@ -186,14 +185,7 @@ def _smooth_samples(
 
 def _jacobian(Tu: np.ndarray, Tv: np.ndarray, uu: np.ndarray, vv: np.ndarray) -> np.ndarray:
     """(n, 6) columns `grad T . (E_i p)` of (n,) samples. [IGPF2021] Eq (5), [Kwon2014]."""
-    columns = [
-        uu * Tu + vv * Tv,
-        uu * Tu - vv * Tv,
-        uu * Tv - vv * Tu,
-        vv * Tu + uu * Tv,
-        Tu,
-        Tv,
-    ]
+    columns = [uu * Tu + vv * Tv, uu * Tu - vv * Tv, uu * Tv - vv * Tu, vv * Tu + uu * Tv, Tu, Tv]
     return np.stack(columns, axis=1)
 
 

@@ -3,10 +3,8 @@
 Arrays lead with the hypothesis (S of them) and, where each view has its own, the view (V).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -39,10 +37,10 @@ class Hypotheses:
     pose_error: np.ndarray
     """(S, V, 6) turn and shift of each camera in units of their deviations."""
 
-    def moved(self, shared: np.ndarray, per_view: np.ndarray) -> Hypotheses:
+    def moved(self, shared: np.ndarray, per_view: np.ndarray) -> Self:
         """Returns the hypotheses after steps (S, 9) and (S, V, 6)."""
         tilt = (tangent_basis(self.axis) @ shared[:, AXIS, None])[..., 0]
-        return Hypotheses(
+        return type(self)(
             self.centre_m + shared[:, CENTRE],
             unit(self.axis + tilt),
             self.log_radius + shared[:, LOG_RADIUS],
@@ -52,9 +50,9 @@ class Hypotheses:
             self.pose_error + per_view,
         )
 
-    def take(self, index: np.ndarray) -> Hypotheses:
+    def take(self, index: np.ndarray) -> Self:
         """Returns the hypotheses of an index array."""
-        return Hypotheses(*(array[index] for array in arrays_of(self)))
+        return type(self)(*(array[index] for array in arrays_of(self)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +87,7 @@ def arrays_of(fitted: Hypotheses | NormalEquations) -> list[np.ndarray]:
     return [getattr(fitted, field.name) for field in fields(fitted)]
 
 
-def without_views(
-    system: NormalEquations,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def without_views(system: NormalEquations) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Matrix (S, 9, 9) and gradient (S, 9) of the shared parameters, views eliminated.
 
     Also what brings the views' parameters back: (S, V, 6, 9) and (S, V, 6).

@@ -11,11 +11,9 @@ One iteration k, the same for a simulated measurement and for one from a rendere
 All arrays may carry a leading axis of independent runs, except feature observations.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, TypeAlias
+from typing import Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -103,7 +101,7 @@ class BodyIncrement:
             object.__setattr__(self, name, _finite(name, getattr(self, name), 3))
 
     @classmethod
-    def none(cls) -> BodyIncrement:
+    def none(cls) -> Self:
         """No motion: the odometry of the first iteration."""
         return cls(np.zeros(3), np.zeros(3))
 
@@ -130,7 +128,7 @@ class FeatureObservation:
         object.__setattr__(self, "pixels", pixels)
 
     @classmethod
-    def none(cls) -> FeatureObservation:
+    def none(cls) -> Self:
         """No landmark in view."""
         return cls(np.empty(0, np.int64), np.empty((0, 2)))
 

@@ -20,12 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tracker.bearing_only.measurements import PinholeCamera, PoseBelief, TargetBelief
-from tracker.bearing_only.small_matrices import (
-    dot,
-    inverse_and_determinant,
-    product,
-    sandwich,
-)
+from tracker.bearing_only.small_matrices import dot, inverse_and_determinant, product, sandwich
 from tracker.geometry import camera_rotation
 
 Gain: TypeAlias = Literal["trace", "log-det"]

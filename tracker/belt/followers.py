@@ -149,8 +149,6 @@ def sighted(found: Detection) -> WarpEstimate:
     return WarpEstimate(
         warp=found.warp,
         covariance=np.eye(6) * _SIGHTED_STD**2,
-        ess=1.0,
-        log_likelihood=0.0,
         ncc=found.ncc,
         visible_fraction=found.visible_fraction,
         status=Status.TRACKING,
@@ -223,12 +221,12 @@ class FilterFollower:
         estimate = self._filter.step(observation, step_s)
         if not aff2.is_valid(estimate.warp):
             return self._coast(step_s)
-        fit = observation.fit(estimate.warp[None])
+        fit = observation.fit(np.array([estimate.warp]))
         ncc, visible = float(fit.ncc[0]), float(fit.visible_fraction[0])
         status = self._judge(ncc, visible, step_s)
         if status is Status.TRACKING:
             self._noise.learn(ncc)
-        return estimate.judged(ncc, visible, status)
+        return replace(estimate, ncc=ncc, visible_fraction=visible, status=status)
 
     def _age_s(self, time_s: float) -> float:
         """Time from the last image to `time_s`."""
@@ -244,7 +242,7 @@ class FilterFollower:
     def _coast(self, step_s: float) -> WarpEstimate:
         """Moves the particles without an image."""
         estimate = self._filter.step(None, step_s)
-        return estimate.judged(0.0, 0.0, self._judge(0.0, 0.0, step_s))
+        return replace(estimate, status=self._judge(0.0, 0.0, step_s))
 
     def _judge(self, ncc: float, visible: float, step_s: float) -> Status:
         config = self._status_config

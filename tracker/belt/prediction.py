@@ -4,13 +4,10 @@ All predictors take usable poses as they come and extrapolate to any time; yaw i
 updates, and the target turns about the vertical only. Source: [IGPF2021] Eqs (27)-(30).
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -43,25 +40,13 @@ class TargetPrediction:
             getattr(self, name).setflags(write=False)
 
 
-class Predictor(Protocol):
-    """Extrapolates a sequence of poses."""
-
-    def update(self, pose: TargetPose) -> None:
-        """Takes in a pose; one that is not finite, or not newer than the last, is ignored."""
-        ...
-
-    def predict(self, time_s: float) -> TargetPrediction | None:
-        """The target at `time_s`; None before the first pose."""
-        ...
-
-
 @dataclass(frozen=True)
 class PredictorConfig:
     """One way to extrapolate; a row of PREDICTORS."""
 
     description: str
     """One line for listings."""
-    make: Callable[[PredictorConfig], Predictor]
+    make: "Callable[[PredictorConfig], Predictor]"
     """Builds the predictor from its own configuration."""
     history_count: int = 9
     """Poses that count (k of Eq (27) plus one); the Kalman filter ignores it."""
@@ -84,45 +69,46 @@ class PredictorConfig:
         require_positive(self, "yaw_period_rad", "max_gap_s")
 
 
-class _Intake:
-    """Checks poses, unwraps their yaw and says when the history is stale."""
+class Predictor:
+    """Extrapolates a sequence of poses; subclasses say how."""
 
     def __init__(self, config: PredictorConfig) -> None:
         self._config = config
         self._last: np.ndarray | None = None
         self._last_time_s = -math.inf
 
-    def admit(self, pose: TargetPose) -> tuple[np.ndarray, bool] | None:
-        """(x, y, z, yaw) and whether the history is stale; None to ignore the pose."""
+    def update(self, pose: TargetPose) -> None:
+        """Takes in a pose; one that is not finite, or not newer than the last, is ignored."""
         z = np.array([*pose.position_m, pose.yaw_rad], float)
         if not (np.isfinite(z).all() and math.isfinite(pose.time_s)):
-            return None
+            return
         if pose.time_s <= self._last_time_s + _MIN_STEP_S:
-            return None
-        is_stale = pose.time_s - self._last_time_s > self._config.max_gap_s
+            return
         if self._last is not None:
             period = self._config.yaw_period_rad
             z[3] -= period * round((z[3] - self._last[3]) / period)
+        self._take(z, pose, pose.time_s - self._last_time_s > self._config.max_gap_s)
         self._last, self._last_time_s = z, pose.time_s
-        return z, is_stale
+
+    def predict(self, time_s: float) -> TargetPrediction | None:
+        """The target at `time_s`; None before the first pose."""
+        raise NotImplementedError
+
+    def _take(self, z: np.ndarray, pose: TargetPose, is_new: bool) -> None:
+        """Takes in x, y, z and unwrapped yaw (4,) of a pose; `is_new` where no history counts."""
+        raise NotImplementedError
 
 
-class HistoryPredictor:
+class HistoryPredictor(Predictor):
     """Polynomial extrapolation of the last poses; subclasses fit the motion."""
 
     def __init__(self, config: PredictorConfig) -> None:
-        self._config = config
-        self._intake = _Intake(config)
+        super().__init__(config)
         self._poses: deque[np.ndarray] = deque(maxlen=config.history_count)
         self._times: deque[float] = deque(maxlen=config.history_count)
 
-    def update(self, pose: TargetPose) -> None:
-        """Appends the pose to the history."""
-        admitted = self._intake.admit(pose)
-        if admitted is None:
-            return
-        z, is_stale = admitted
-        if is_stale:
+    def _take(self, z: np.ndarray, pose: TargetPose, is_new: bool) -> None:
+        if is_new:
             self._poses.clear()
             self._times.clear()
         self._poses.append(z)
@@ -176,7 +162,7 @@ class LeastSquares(HistoryPredictor):
         return z_mean - v * t_mean, v, np.zeros(4)
 
 
-class KalmanConstantVelocity:
+class KalmanConstantVelocity(Predictor):
     """A constant-velocity Kalman filter for x, y, z and yaw, each driven by white acceleration.
 
     Uses the measured covariance of every pose, floored: a filter that has seen hundreds of
@@ -187,37 +173,31 @@ class KalmanConstantVelocity:
     _initial_velocity_variance = np.array([1.0, 1.0, 1e-4, 1.0])
 
     def __init__(self, config: PredictorConfig) -> None:
-        self._intake = _Intake(config)
+        super().__init__(config)
         self._psd = np.asarray(config.acceleration_psd, float)
         self._state = np.zeros((4, 2))
         self._P = np.zeros((4, 2, 2))
-        self._time_s: float | None = None
 
-    def update(self, pose: TargetPose) -> None:
+    def _take(self, z: np.ndarray, pose: TargetPose, is_new: bool) -> None:
         """Time update to the pose's exposure, then measurement update."""
-        admitted = self._intake.admit(pose)
-        if admitted is None:
-            return
-        z, is_stale = admitted
         variance = np.diagonal(pose.covariance)
         variance = np.where(np.isfinite(variance) & (variance > 0), variance, 0.0) + self._floor
-        if self._time_s is None or is_stale:
+        if is_new:
             self._state = np.stack([z, np.zeros(4)], axis=1)
             self._P = np.zeros((4, 2, 2))
             self._P[:, 0, 0] = variance
             self._P[:, 1, 1] = self._initial_velocity_variance
         else:
-            self._advance(pose.time_s - self._time_s)
+            self._advance(pose.time_s - self._last_time_s)
             gain = self._P[:, :, 0] / (self._P[:, 0, 0] + variance)[:, None]
             self._state = self._state + gain * (z - self._state[:, 0])[:, None]
             self._P = self._P - gain[:, :, None] * self._P[:, None, 0, :]
-        self._time_s = pose.time_s
 
     def predict(self, time_s: float) -> TargetPrediction | None:
         """Extrapolates at constant velocity."""
-        if self._time_s is None:
+        if self._last is None:
             return None
-        age_s = time_s - self._time_s
+        age_s = time_s - self._last_time_s
         position, velocity = self._moved(age_s).T
         return _prediction(position, velocity, time_s, age_s)
 

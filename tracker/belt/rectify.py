@@ -110,7 +110,8 @@ class OverheadView:
         )
         region = region or (slice(0, self.shape_px[0]), slice(0, self.shape_px[1]))
         window = self.window_of(region)
-        if tuple(image.shape_px) == tuple(self.image_shape_px) and _area(window):
+        has_area = all(part.start < part.stop for part in window)
+        if tuple(image.shape_px) == tuple(self.image_shape_px) and has_area:
             rgb, depth_m = image.crop(window)
             self._resample(overhead, rgb, depth_m, region, window)
         return overhead
@@ -172,13 +173,6 @@ class OverheadView:
         world[..., 2] = self.plane_z_m
         return world
 
-    def pixel_of_world(self, point_m: np.ndarray) -> np.ndarray:
-        """(..., 2) overhead pixels (column, row) of world points (..., 2 or 3) on the plane."""
-        point_m = np.asarray(point_m, float)
-        column = (point_m[..., 1] - self.y_range_m[0]) / self.m_per_px
-        row = (point_m[..., 0] - self.x_range_m[0]) / self.m_per_px
-        return np.stack([column, row], axis=-1)
-
     def camera_of_pixel(self, pixel: np.ndarray) -> np.ndarray:
         """(..., 2) camera pixels of overhead pixels (..., 2), for drawing on the camera image."""
         pixel = np.asarray(pixel, float)
@@ -219,11 +213,6 @@ class OverheadView:
         homogeneous = np.concatenate([q, np.ones_like(q[..., :1])], axis=-1)
         rays = homogeneous @ np.linalg.inv(self.K).T @ self.T_world_camera[:3, :3].T
         return rays[..., 2].astype(np.float32)
-
-
-def _area(window: Window) -> int:
-    rows, columns = window
-    return max(rows.stop - rows.start, 0) * max(columns.stop - columns.start, 0)
 
 
 _MARGIN_PX = 1

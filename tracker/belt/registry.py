@@ -1,12 +1,10 @@
 """The trackers of the belt by name; the rows differ only where the methods do."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
+from typing import Self
 
-from tracker.affine.filter import FilterConfig
+from tracker.affine.filter import METHODS, FilterConfig
 from tracker.affine.likelihood import LikelihoodConfig
-from tracker.affine.methods import METHODS
 from tracker.belt.backproject import BackprojectConfig
 from tracker.belt.detection import DetectionConfig
 from tracker.checks import require_count, require_known, require_positive, require_share
@@ -63,7 +61,7 @@ class TrackerConfig:
     def __post_init__(self) -> None:
         require_positive(self, "max_speed_mps")
 
-    def with_particle_count(self, particle_count: int) -> TrackerConfig:
+    def with_particle_count(self, particle_count: int) -> Self:
         """The same tracker with another number of particles."""
         return replace(self, filter=replace(self.filter, particle_count=particle_count))
 

@@ -128,12 +128,5 @@ def _level(picture: np.ndarray, side_px: int, motion: int) -> _Level:
 
 def _estimate(warp: np.ndarray, ncc: float) -> WarpEstimate:
     """One warp, of which nothing but the correlation says how good it is."""
-    return WarpEstimate(
-        warp=warp,
-        covariance=np.full((6, 6), np.nan),
-        ess=1.0,
-        log_likelihood=0.0,
-        ncc=ncc,
-        visible_fraction=1.0,
-        status=Status.TRACKING,
-    )
+    unknown = np.full((6, 6), np.nan)
+    return WarpEstimate(warp, unknown, ncc=ncc, visible_fraction=1.0, status=Status.TRACKING)

@@ -5,8 +5,6 @@ follows slow changes. A correlation filter may guide, a lost target may be looke
 estimate may be refined.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -15,12 +13,7 @@ import numpy as np
 
 from tracker.affine import aff2
 from tracker.affine.filter import Collector, FilterConfig, ParticleFilter
-from tracker.affine.likelihood import (
-    LikelihoodConfig,
-    PhotometricNoise,
-    PyramidObservation,
-    TemplateObservation,
-)
+from tracker.affine.likelihood import LikelihoodConfig, PhotometricNoise, TemplateObservation
 from tracker.affine.patches import Layers
 from tracker.affine.resampling import CombinationConfig
 from tracker.affine.template import Template
@@ -81,6 +74,23 @@ class BoxTrackerConfig:
             )
 
 
+@dataclass(frozen=True, eq=False)
+class _View(WindowObservation):
+    """Part of an image, as the appearances and perhaps a guide see it."""
+
+    layers: list[Layers]
+    """One for each appearance."""
+    guidance: Guidance | None = None
+
+    def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
+        value = super().log_likelihood(warps)
+        return value if self.guidance is None else value + self.guidance.log_likelihood(warps)
+
+    def confidence(self, warp: np.ndarray, ncc: float) -> float:
+        """Confidence that the target is at `warp` (3, 3), 1 at best: the guide's score or `ncc`."""
+        return ncc if self.guidance is None else float(self.guidance.scores(warp[None])[0])
+
+
 class ParticleBoxTracker:
     """Cuts the template from the first box and follows it on Aff(2)."""
 
@@ -136,8 +146,13 @@ class ParticleBoxTracker:
         if self._loss is None or not self._loss.is_missed:
             self._learn(image, fits)
         fit = fits[-1]
-        estimate = replace(estimate, warp=self._warp)
-        affine = estimate.judged(fit.ncc, fit.visible_fraction, self._status(fit.ncc))
+        affine = replace(
+            estimate,
+            warp=self._warp,
+            ncc=fit.ncc,
+            visible_fraction=fit.visible_fraction,
+            status=self._status(fit.ncc),
+        )
         return BoxEstimate(box_of_warp(self._warp, self._template.size), affine)
 
     @property
@@ -190,12 +205,11 @@ class ParticleBoxTracker:
         """What the appearances see around a place, or everywhere."""
         window = self._cut(image, centre_px, everywhere)
         layers = [look.layers(window) for look in self._appearances]
-        levels = [
+        levels = tuple(
             TemplateObservation(look.matcher, each, self._config.likelihood, self._noise.sigma)
             for look, each in zip(self._appearances, layers, strict=True)
-        ]
-        observation = levels[0] if len(levels) == 1 else PyramidObservation(tuple(levels))
-        return _View(window, layers, WindowObservation(observation, window.to_window))
+        )
+        return _View(window, levels, layers)
 
     def _fits(self, view: _View, warp: np.ndarray) -> list[Fit]:
         """How each appearance matches under a warp (3, 3) of the image."""
@@ -217,26 +231,3 @@ class ParticleBoxTracker:
         if self._is_lost:
             return Status.LOST
         return Status.TRACKING if ncc >= self._config.tracking_ncc else Status.UNCERTAIN
-
-
-@dataclass(frozen=True, eq=False)
-class _View:
-    """Part of an image, as the appearances and perhaps a guide see it; an `Observation`."""
-
-    window: Window
-    layers: list[Layers]
-    """One for each appearance."""
-    observation: WindowObservation
-    """The image under all appearances."""
-    guidance: Guidance | None = None
-
-    def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
-        value = self.observation.log_likelihood(warps)
-        return value if self.guidance is None else value + self.guidance.log_likelihood(warps)
-
-    def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        return self.observation.linearise(warps, iteration)
-
-    def confidence(self, warp: np.ndarray, ncc: float) -> float:
-        """Confidence that the target is at `warp` (3, 3), 1 at best: the guide's score or `ncc`."""
-        return ncc if self.guidance is None else float(self.guidance.scores(warp[None])[0])

@@ -53,7 +53,7 @@ class Refinement:
         """
         layers = self._look.layers(window)
         inner = TemplateObservation(self._look.matcher, layers, self._likelihood, sigma)
-        observation = WindowObservation(inner, window.to_window)
+        observation = WindowObservation(window, (inner,))
         refined = climb(observation, warp[None], self._steps)[0]
         fit = self._look.fit(layers, window.to_window @ warp)
         if aff2.is_valid(refined):

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any, cast
 
-from tracker.affine.methods import METHODS
+from tracker.affine.filter import METHODS
 from tracker.video.appearance import AppearanceConfig, SubspaceConfig
 from tracker.video.guide import GuideConfig
 from tracker.video.particle_box_tracker import VIDEO_FILTER, VIDEO_LIKELIHOOD, BoxTrackerConfig

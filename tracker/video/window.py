@@ -25,19 +25,26 @@ class Window:
 
 @dataclass(frozen=True, eq=False)
 class WindowObservation:
-    """An observation of a window, asked about warps into the whole image."""
+    """A window under one blur or several falling ones, asked about warps into the whole image.
 
-    inner: Observation
-    to_window: np.ndarray
-    """(3, 3) warp from pixels of the image to pixels of the window."""
+    Far from the target the coarse pictures lead to it.
+    """
+
+    window: Window
+    levels: tuple[Observation, ...]
+    """The observations of the window from coarse to fine."""
 
     def log_likelihood(self, warps: np.ndarray) -> np.ndarray:
-        """See `Observation`."""
-        return self.inner.log_likelihood(self.to_window @ warps)
+        """See `Observation`; the finest level decides."""
+        return self.levels[-1].log_likelihood(self.window.to_window @ warps)
 
     def linearise(self, warps: np.ndarray, iteration: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """See `Observation`; perturbations live in template coordinates, so nothing changes."""
-        return self.inner.linearise(self.to_window @ warps, iteration)
+        """See `Observation`; each iteration takes the next level, and stays at the finest one.
+
+        Perturbations live in template coordinates, so the window changes nothing.
+        """
+        level = self.levels[min(iteration, len(self.levels) - 1)]
+        return level.linearise(self.window.to_window @ warps, iteration)
 
 
 def cut_window(

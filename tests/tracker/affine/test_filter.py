@@ -1,11 +1,19 @@
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 from tracker.affine import aff2
-from tracker.affine.filter import FilterConfig, ParticleFilter
+from tracker.affine.filter import METHODS, FilterConfig, ParticleFilter
 from tracker.affine.resampling import Particles
+from tracker.belt.registry import TRACKERS
+from tracker.video.registry import BOX_TRACKERS
+
+PARTS = {
+    "igpf": ("group", "gaussian", "improved-gaussian"),
+    "gpf": ("group", "gaussian", "residual"),
+    "pf": ("vector", "prior", "systematic"),
+}
 
 
 class Indifferent:
@@ -64,7 +72,7 @@ def test_non_finite_particles_get_no_weight_and_disappear(config):
 def test_an_inexplicable_image_leaves_finite_particles(config):
     particle_filter = started(config)
     estimate = particle_filter.step(Impossible(), 1 / 30)
-    assert estimate.log_evidence == -np.inf
+    assert estimate.log_likelihood == -np.inf
     assert np.isfinite(estimate.warp).all()
     assert np.isfinite(particle_filter.step(Indifferent(), 1 / 30).warp).all()
 
@@ -86,7 +94,7 @@ def test_without_an_image_weights_stay_and_nothing_is_resampled(config):
     before = particle_filter.particles
     estimate = particle_filter.step(None, 1 / 30)
     after = particle_filter.particles
-    assert estimate.log_evidence == -np.inf and not resamplings
+    assert estimate.log_likelihood == -np.inf and not resamplings
     np.testing.assert_array_equal(after.log_weights, before.log_weights)
     np.testing.assert_array_equal(after.previous, before.warps)
     assert (np.abs(after.warps - before.warps).max(axis=(1, 2)) > 0).all()
@@ -132,3 +140,21 @@ def test_bad_settings_are_refused(field, value):
 def test_gaussian_proposal_on_a_vector_is_refused():
     with pytest.raises(ValueError, match="proposal"):
         FilterConfig(state_space="vector", proposal="gaussian")
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_method_sets_its_own_parts_and_no_other(name):
+    before = FilterConfig(particle_count=33, autoregression=0.25)
+    after = METHODS[name].applied_to(before)
+    changed = {field for field, value in asdict(after).items() if value != asdict(before)[field]}
+    assert changed <= {"state_space", "proposal", "resampling"}
+    assert (after.state_space, after.proposal, after.resampling) == PARTS[name]
+
+
+@pytest.mark.parametrize("table", [TRACKERS, BOX_TRACKERS], ids=["belt", "video"])
+@pytest.mark.parametrize("name", METHODS)
+def test_rows_of_the_comparison_differ_only_in_what_the_methods_differ_in(table, name):
+    row, igpf = table[name], table["igpf"]
+    assert row.filter == METHODS[name].applied_to(igpf.filter)
+    assert replace(row, filter=igpf.filter, description=igpf.description) == igpf
+    assert row.description == METHODS[name].description

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import TOP_Z_M
+from scenes import TOP_Z_M, pixel_of_world
 
 from tracker.base import Status, WarpEstimate
 from tracker.belt.backproject import BackprojectConfig, Backprojector
@@ -58,7 +58,7 @@ def test_a_box_of_another_height_is_lifted_along_the_ray(projector, view, camera
     image = OverheadImage(
         np.zeros(shape, np.uint8), np.ones(shape, np.uint8), np.full(shape, raised, np.float32)
     )
-    warp = aff2.similarity(unit_px, 0.3, view.pixel_of_world(on_plane))
+    warp = aff2.similarity(unit_px, 0.3, pixel_of_world(view, on_plane))
     pose = projector.pose(estimate(warp), image, unit_px, 0.0)
     np.testing.assert_allclose(pose.position_m, position, atol=1e-6)
 

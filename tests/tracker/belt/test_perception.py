@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from driving import RATE_HZ, build, drive
-from scenes import TOP_Z_M, Scene
+from scenes import TOP_Z_M, Scene, pixel_of_world
 
 from tracker.base import Status
 from tracker.belt.followers import FilterFollower
@@ -233,7 +233,7 @@ def test_a_confirmed_track_is_not_questioned_again(template, view, scene, monkey
 def test_near_the_border_nothing_is_confirmed(template, view, true_warp):
     """The box is 0.10 m long to each side, and there is to be half of that more."""
     tracker = build("igpf", template, view)
-    q = view.camera_of_pixel(view.pixel_of_world(np.array([[0.57, -0.9], [0.57, -0.7]])))
+    q = view.camera_of_pixel(pixel_of_world(view, np.array([[0.57, -0.9], [0.57, -0.7]])))
     end_y = -0.9 + 0.2 * -q[0, 0] / (q[1, 0] - q[0, 0])  # where the image ends, at the far corner
     assert tracker._is_clear(true_warp(0.53, end_y + 0.17, 1.57))
     assert not tracker._is_clear(true_warp(0.53, end_y + 0.13, 1.57))

@@ -5,7 +5,7 @@ import pytest
 from tracker.affine.likelihood import LikelihoodConfig, TemplateObservation
 from tracker.affine.patches import Layers, PatchMatcher
 from tracker.belt.image import ArrayImage
-from tracker.video.window import WindowObservation, cut_window
+from tracker.video.window import Window, WindowObservation, cut_window
 
 
 def ramp(height=90, width=160):
@@ -41,7 +41,8 @@ def test_an_observation_of_the_window_answers_for_the_whole_image(template, view
     matcher, config = PatchMatcher(template), LikelihoodConfig(shape_std=None)
     direct = TemplateObservation(matcher, whole, config, 0.3)
     part = Layers.of(image.grey[5:, 7:])
-    windowed = WindowObservation(TemplateObservation(matcher, part, config, 0.3), shift)
+    inner = TemplateObservation(matcher, part, config, 0.3)
+    windowed = WindowObservation(Window(part.grey, shift), (inner,))
     warps = true_warp(0.5, 0.0, 0.4)[None]
     np.testing.assert_allclose(
         windowed.log_likelihood(warps), direct.log_likelihood(warps), rtol=1e-3
