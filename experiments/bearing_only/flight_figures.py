@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from experiments.bearing_only.config import FlightResult
 from experiments.bearing_only.traces import TRACED, TRACED_SEED, TRACES, read_table, trace_name
 from experiments.report.grouping import group_by
-from experiments.report.style import PAGE_WIDTH_IN, add_legend, panels, write_figure
+from experiments.report.style import PAGE_WIDTH_IN, add_legend, panels, write_all
 
 ROBOT, TARGET, LANDMARK = "#0072B2", "#D55E00", "#7F7F7F"
 _ELLIPSES = 7
@@ -46,8 +46,7 @@ def write_flight_figures(folder: Path, source: Path, runs: Sequence[FlightResult
                 "control": _controls(flights),
                 "flight_errors": _errors(flights),
             }
-            for name, figure in figures.items():
-                paths += write_figure(figure, folder, f"{name}_prior{prior:g}")
+            paths += write_all(folder, {f"{n}_prior{prior:g}": f for n, f in figures.items()})
     return paths
 
 

@@ -2,7 +2,7 @@
 
 import re
 import zlib
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -58,6 +58,11 @@ def figure_style() -> Generator[None, None, None]:
     }
     with mpl.rc_context({**mpl.rcParamsDefault, "backend": "agg", **style}):
         yield
+
+
+def write_all(folder: Path, figures: Mapping[str, Figure]) -> list[Path]:
+    """Writes every figure under its name; returns the paths."""
+    return [path for name, figure in figures.items() for path in write_figure(figure, folder, name)]
 
 
 def write_figure(figure: Figure, folder: Path, name: str) -> list[Path]:

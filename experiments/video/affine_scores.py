@@ -6,15 +6,19 @@ one leads from the true warp of the run's first frame to that of the present fra
 """
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from experiments.video.affine_truth import AffineTruth
 from experiments.video.job import AffineRow
+from experiments.video.sequences import AffineTruth
 from tracker.affine import aff2
 from tracker.affine.resampling import Particles
 from tracker.base import WarpEstimate
 from tracker.box_tracker import BoxEstimate
+
+NEES_MEDIAN = 5.348
+"""Median of a chi-squared distribution with the 6 degrees of freedom of a warp; its mean is 6."""
 
 
 class AffineReferee:
@@ -24,7 +28,8 @@ class AffineReferee:
         """`box` (4,) x, y, w, h starts the run on the frame of index `first`; x, y from 0."""
         self._truth = truth
         self._run = run
-        self._start = _box_warp(box, math.sqrt(box[2] * box[3]), math.sqrt(box[2] * box[3]))
+        unit_px = math.sqrt(box[2] * box[3])
+        self._start = _box_warp(box, unit_px, unit_px)
         self._start_box = box
         self._in_template = aff2.inverse(truth.warps[first]) @ self._start
         self._corners = np.vstack([truth.corners[first].T, np.ones(4)])
@@ -82,12 +87,6 @@ def nees(estimate: WarpEstimate, true: np.ndarray) -> float | None:
     return value if math.isfinite(value) and value >= 0.0 else None
 
 
-def _box_warp(box: np.ndarray, unit_x: float, unit_y: float) -> np.ndarray:
-    """(3, 3) unrotated warp to the centre of a box (x, y from 0), with these units [px]."""
-    x, y, w, h = box
-    return np.array([[unit_x, 0, x + (w - 1) / 2], [0, unit_y, y + (h - 1) / 2], [0, 0, 1.0]])
-
-
 def resampling_distance(centre: np.ndarray, before: Particles, after: Particles) -> float | None:
     """How much resampling changed the distribution; None where no warp is near `centre` (3, 3).
 
@@ -112,7 +111,31 @@ def resampling_distance(centre: np.ndarray, before: Particles, after: Particles)
     return math.sqrt(max(squared, 0.0))
 
 
+def _box_warp(box: np.ndarray, unit_x: float, unit_y: float) -> np.ndarray:
+    """(3, 3) unrotated warp to the centre of a box (x, y from 0), with these units [px]."""
+    x, y, w, h = box
+    return np.array([[unit_x, 0, x + (w - 1) / 2], [0, unit_y, y + (h - 1) / 2], [0, 0, 1.0]])
+
+
 def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(n, m) Euclidean distances between rows of a (n, d) and b (m, d)."""
     squared = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * a @ b.T
     return np.sqrt(np.maximum(squared, 0.0))
+
+
+def calibrated(nees: Mapping[str, Sequence[float]]) -> np.ndarray:
+    """All values of NEES by sequence, over the factor that makes the other half's median right.
+
+    So it shows whether a tracker's covariance is honest up to one factor that all sequences share.
+    A factor that is fitted on what it is judged by always fits; what is left over tells how much
+    the honesty differs between sequences. The halves take turns in the order of the names. Empty if
+    one of them has no values.
+    """
+    halves = [
+        np.array([value for name in sorted(nees)[start::2] for value in nees[name]])
+        for start in (0, 1)
+    ]
+    if not all(len(half) and np.median(half) > 0 for half in halves):
+        return np.empty(0)
+    factors = [np.median(half) / NEES_MEDIAN for half in halves]
+    return np.concatenate([halves[0] / factors[1], halves[1] / factors[0]])

@@ -9,11 +9,9 @@ from experiments.report.movie import Movie, caption
 from experiments.video.job import VideoJob
 from experiments.video.rendered import RenderJob
 from experiments.video.scores import overlaps
-from experiments.video.tracking import load_job_sequence, track
+from experiments.video.tracking import FROM_ONE, load_job_sequence, track
 
 _FPS = 20
-_FROM_ONE = np.array([1.0, 1.0, 0.0, 0.0])
-"""From pixels counted from 0 to the benchmark's, counted from 1."""
 _TRUE, _ESTIMATE = (255, 255, 255), (255, 90, 40)
 
 
@@ -41,7 +39,7 @@ def film_sequence(job: RenderJob, path: Path) -> None:
     with Movie(path, _FPS) as movie:
         for image in shoot(RECIPES[job.name].clip, sequence_rng(job.name, job.seed)):
             picture = np.array(image.pixels)
-            _draw_box(picture, image.truth.box + _FROM_ONE, _TRUE)
+            _draw_box(picture, image.truth.box + FROM_ONE, _TRUE)
             movie.add(_even(picture))
 
 

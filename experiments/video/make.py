@@ -4,6 +4,7 @@ No sequence depends on which others are made, in which order, or by how many pro
 """
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -14,41 +15,21 @@ from experiments.seeding import Stream, generator
 from experiments.study.files import write_whole
 from experiments.study.provenance import package_version, provenance
 from experiments.study.study import Result, Results
-from experiments.video.affine_truth import AFFINE_FILE, AFFINE_HEADER, CORNERS_FILE, CORNERS_HEADER
 from experiments.video.clips import RECIPES
 from experiments.video.rendered import RenderJob, RenderRow
-from experiments.video.sequences import GROUND_TRUTH
+from experiments.video.sequences import (
+    AFFINE_FILE,
+    AFFINE_HEADER,
+    CORNERS_FILE,
+    CORNERS_HEADER,
+    GROUND_TRUTH,
+)
 from sim.video.film import FilmImage, shoot
 
 JPEG_QUALITY = 90
 
-README = """\
-# Rendered sequences
-
-Video sequences in the layout of OTB, rendered by beltgrasp {beltgrasp} with MuJoCo {mujoco}:
-
-```sh
-beltgrasp otb make --out DIR --seed {seed}{selection}
-```
-
-{table}
-
-Each folder holds
-
-- `img/0001.jpg` and so on: the images
-- `groundtruth_rect.txt`: `x,y,w,h` of each image, x and y of the upper left corner counted from 1:
-  the upright box around the whole target, be it hidden or outside the image
-- `attrs.txt`: the challenges
-- `affine.csv`: the true warp `[a11 a12 x; a21 a22 y]` from template coordinates (origin at the
-  centre of the first box, unit sqrt(w h) of it, u right, v down) to pixels counted from 0, pixel
-  centres at integers; and `visible`, the share of the target that can be seen, 0 to 1
-- `corners.csv`: corners of the target's front, pixels counted from 0: top left, top right, bottom
-  right, bottom left
-
-The warp is exact for a flat target that faces the camera. Where it turns out of the image plane,
-is bent or pulled, the warp is the least-squares affine map of the points of its front from where
-they are on the first image. What each clip shows and how truth is defined: `docs/sequences.md`.
-"""
+_README = Path(__file__).with_name("sequences_readme.md")
+"""What the folder says of itself, with a place for the versions, the seed and the table."""
 
 
 def sequence_rng(name: str, seed: int) -> np.random.Generator:
@@ -112,7 +93,7 @@ def write_index(results: Results[RenderRow]) -> Report:
         words("name", "challenges", "frames", "shows"),
     )
     names = [row.name for row in rows]
-    readme = README.format(
+    readme = _README.read_text(encoding="utf-8").format(
         beltgrasp=package_version("beltgrasp"),
         mujoco=rows[0].mujoco_version,
         seed=rows[0].seed,

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.video.images import SequenceError
-from experiments.video.sequences import VideoSequence
+from experiments.video.sequences import SequenceError, VideoSequence
 
 TRE_SEGMENTS = 20
 TRE_MIN_FRAMES = 20

@@ -12,7 +12,6 @@ _SHOWN = ("precision", "overlap", "affine")
 def write_report(results: Results[VideoRow]) -> Report:
     """Writes `tables/` and `figures/`, and a strip of images where the sequences are there."""
     from experiments.video.figures import write_figures
-    from experiments.video.pictures import write_strip
 
     videos = OtbResults.collect(results)
     tables = {
@@ -23,7 +22,6 @@ def write_report(results: Results[VideoRow]) -> Report:
         "affine": affine_table(videos),
     }
     figures = write_figures(results.path / "figures", videos)
-    figures += write_strip(results.path / "figures", videos)
     notes = [
         f"{protocol}: left out, as not every tracker has finished them: {', '.join(left_out)}\n"
         for protocol in videos.protocols

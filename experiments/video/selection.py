@@ -6,9 +6,13 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from experiments.video.images import SequenceError
 from experiments.video.protocols import runs_of
-from experiments.video.sequences import find_sequences, load_sequence, read_attributes
+from experiments.video.sequences import (
+    SequenceError,
+    find_sequences,
+    load_sequence,
+    read_attributes,
+)
 from experiments.video.tb50 import ATTRIBUTES, TB50_ATTRIBUTES
 
 TB50 = "TB-50"

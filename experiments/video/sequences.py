@@ -3,8 +3,10 @@
 A ground-truth line is `x y w h` of one frame, separated by commas, tabs or blanks; x and y are
 1-based, as the benchmark has them. A folder of several targets has `groundtruth_rect.1.txt` and
 so on instead, and its sequences are NAME-1 and so on. Optional beside it: `attrs.txt` (challenges),
-`init_omit.txt` (first and last image of stretches in which no run may start), and what
-`affine_truth` reads. Source of the format and its exceptions: [OTB2015].
+`init_omit.txt` (first and last image of stretches in which no run may start), and the exact truth
+of a rendered sequence: `affine.csv` with `frame,a11,a12,a21,a22,x,y,visible` and `corners.csv` with
+`frame,x1,y1,...,x4,y4`, frames counted from 1, pixels from 0 with their centres at integers.
+Source of the format and its exceptions: [OTB2015].
 """
 
 import math
@@ -13,16 +15,44 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from experiments.video import tb50
-from experiments.video.affine_truth import AffineTruth, read_affine_truth
-from experiments.video.images import SequenceError, image_number, image_paths, read_image
 
 GROUND_TRUTH = "groundtruth_rect.txt"
+AFFINE_FILE, CORNERS_FILE = "affine.csv", "corners.csv"
+AFFINE_HEADER = "frame,a11,a12,a21,a22,x,y,visible"
+CORNERS_HEADER = "frame,x1,y1,x2,y2,x3,y3,x4,y4"
+IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp")
+
+_ENDS = {b"\xff\xd8": b"\xff\xd9", b"\x89P": b"IEND"}
+"""First bytes of JPEG and PNG, and what the last bytes hold."""
+_TAIL_BYTES = 64
 
 _NO_SEQUENCES = {"errors", "tables", "videos"}
 """Folders that stand beside rendered sequences."""
+
+
+class SequenceError(ValueError):
+    """A sequence that cannot be used; the message names the file and, where it has, the line."""
+
+
+@dataclass(frozen=True, eq=False)
+class AffineTruth:
+    """Where the target truly is on each of the n frames."""
+
+    warps: np.ndarray
+    """(n, 3, 3) template -> image [px]; the template has its origin at the centre of the first
+    frame's target and the unit sqrt(w h) of the first box."""
+    corners: np.ndarray
+    """(n, 4, 2) image [px]: top left, top right, bottom right, bottom left of the target."""
+    visible: np.ndarray
+    """(n,) share of the target that can be seen, from 0 to 1."""
+
+    def __post_init__(self) -> None:
+        for array in (self.warps, self.corners, self.visible):
+            array.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,3 +209,73 @@ def _read_lines(path: Path) -> list[str]:
 
 def _words(line: str) -> list[str]:
     return re.findall(r"[^,\s]+", line)
+
+
+def image_paths(folder: Path) -> list[Path]:
+    """The images in `folder` by the number in their names."""
+    if not folder.is_dir():
+        raise SequenceError(f"{folder}: no such folder; the images of a sequence are in img/")
+    found = [path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES]
+    return sorted(found, key=image_number)
+
+
+def image_number(path: Path) -> int:
+    """The number in an image's name, for example 300 of `0300.jpg`."""
+    digits = re.findall(r"\d+", path.stem)
+    if not digits:
+        raise SequenceError(f"{path}: no frame number in the name")
+    return int(digits[-1])
+
+
+def read_image(path: Path) -> np.ndarray:
+    """(h, w, 3) uint8 BGR; SequenceError for what is no image or not a whole one.
+
+    OpenCV fills what is missing of a file that was cut short with grey, so its end is looked at.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise SequenceError(f"{path}: {error.strerror}") from None
+    end = _ENDS.get(data[:2], b"")
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
+    if image is None:
+        raise SequenceError(f"{path}: not a readable image")
+    if end not in data[-_TAIL_BYTES:]:
+        raise SequenceError(f"{path}: the image is cut short")
+    return image
+
+
+def read_affine_truth(folder: Path, frame_count: int) -> AffineTruth | None:
+    """The truth of a sequence folder; None where it has none."""
+    if not (folder / AFFINE_FILE).exists():
+        return None
+    affine = _read_table(folder / AFFINE_FILE, AFFINE_HEADER, frame_count)
+    corners = _read_table(folder / CORNERS_FILE, CORNERS_HEADER, frame_count)
+    warps = np.tile(np.eye(3), (frame_count, 1, 1))
+    warps[:, :2, :2] = affine[:, :4].reshape(-1, 2, 2)
+    warps[:, :2, 2] = affine[:, 4:6]
+    flat = np.flatnonzero(~(np.linalg.det(warps) > 0))
+    if len(flat):
+        line = f"{folder / AFFINE_FILE}, line {flat[0] + 2}"
+        raise SequenceError(f"{line}: the warp's determinant must be positive")
+    return AffineTruth(warps, corners.reshape(-1, 4, 2), affine[:, 6])
+
+
+def _read_table(path: Path, header: str, frame_count: int) -> np.ndarray:
+    """(frame_count, columns - 1) numbers of a CSV file with a line for each frame in order."""
+    lines = _read_lines(path)
+    if lines[:1] != [header]:
+        raise SequenceError(f"{path}, line 1: the header must be {header}")
+    table = np.empty((frame_count, header.count(",")))
+    for frame in range(1, frame_count + 1):
+        line = lines[frame] if frame < len(lines) else "nothing"
+        try:
+            number, *values = (float(word) for word in line.split(","))
+            if (number, len(values)) != (frame, table.shape[1]) or not np.isfinite(values).all():
+                raise ValueError
+            table[frame - 1] = values
+        except ValueError:
+            raise SequenceError(
+                f"{path}, line {frame + 1}: {header} of frame {frame} expected, got {line}"
+            ) from None
+    return table

@@ -9,7 +9,7 @@ import numpy as np
 from experiments.report.statistics import bootstrap, mean_ratio, of_known
 from experiments.report.table import Column, Table, TableRow, interval, number, show_number, words
 from experiments.seeding import Stream, generator
-from experiments.video.calibration import calibrated
+from experiments.video.affine_scores import calibrated
 from experiments.video.job import AFFINE_COLUMNS
 from experiments.video.results import OtbResults
 from experiments.video.scores import Curves, mean_curves

@@ -17,17 +17,16 @@ from experiments.study.provenance import code_version
 from experiments.study.rows import row_line
 from experiments.study.study import Result
 from experiments.video.affine_scores import AffineReferee
-from experiments.video.images import SequenceError
 from experiments.video.job import AFFINE, HITS, VideoJob, VideoRow
 from experiments.video.protocols import Run, runs_of
 from experiments.video.scores import sequence_curves
-from experiments.video.sequences import VideoSequence, find_sequences, load_sequence
+from experiments.video.sequences import SequenceError, VideoSequence, find_sequences, load_sequence
 from experiments.video.trackers import get_video_tracker
 from tracker.box_tracker import BoxEstimate, BoxTracker
 from tracker.video.particle_box_tracker import ParticleBoxTracker
 
 BOXES_HEADER = "run,frame,x,y,w,h\n"
-_ONE = np.array([1.0, 1.0, 0.0, 0.0])
+FROM_ONE = np.array([1.0, 1.0, 0.0, 0.0])
 """From pixels counted from 0 to the benchmark's, counted from 1."""
 
 
@@ -94,7 +93,7 @@ class Pass:
         """A run with a fresh tracker, its random draws addressed by seed, sequence and run."""
         place = f"{job.protocol}/{sequence.name}/{run.name}"
         rng = seeding.generator(job.seed, seeding.Stream.VIDEO, place)
-        truth, box = sequence.affine, run.box - _ONE
+        truth, box = sequence.affine, run.box - FROM_ONE
         tracker = get_video_tracker(job.tracker).make(rng)
         referee = None if truth is None else AffineReferee(truth, run.name, run.first, box)
         if referee is not None and isinstance(tracker, ParticleBoxTracker):
@@ -104,7 +103,7 @@ class Pass:
     def start(self, image: np.ndarray, sequence: VideoSequence, tracker: str) -> None:
         """Gives the tracker its box; SequenceError where it sees nothing to track there."""
         try:
-            self.tracker.start(image, self.run.box - _ONE)
+            self.tracker.start(image, self.run.box - FROM_ONE)
         except ValueError as error:
             line = sequence.line(self.run.first)
             raise SequenceError(f"{line}: {tracker} refuses to start: {error}") from None
@@ -113,7 +112,7 @@ class Pass:
     def step(self, image: np.ndarray, index: int) -> None:
         """Shows the tracker the image of that index."""
         estimate: BoxEstimate = self.tracker.update(image)
-        self._note_box(index, estimate.box + _ONE)
+        self._note_box(index, estimate.box + FROM_ONE)
         if self.referee is not None:
             self.affine_lines.append(row_line(self.referee.row(index, estimate)))
 

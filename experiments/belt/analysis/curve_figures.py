@@ -11,13 +11,7 @@ from experiments.belt.analysis.cells import trackers_of
 from experiments.belt.config import TrialResult
 from experiments.belt.curves import CURVE_HZ, ErrorCurve
 from experiments.report.grouping import group_by
-from experiments.report.style import (
-    PAGE_WIDTH_IN,
-    add_legend,
-    draw_band,
-    panels,
-    tracker_style,
-)
+from experiments.report.style import PAGE_WIDTH_IN, add_legend, draw_band, panels, tracker_style
 
 MOST_SPEEDS = 4
 """Columns of a page: the lowest speed, the highest, and those between at equal steps."""

@@ -11,7 +11,7 @@ from experiments.belt.analysis.outcome_figure import draw_outcomes
 from experiments.belt.analysis.success_figures import draw_matrix, draw_speed
 from experiments.belt.config import TrialResult
 from experiments.belt.curves import ErrorCurve
-from experiments.report.style import figure_style, file_name, write_figure
+from experiments.report.style import figure_style, file_name, write_all
 
 MOST_SETTINGS = 6
 """More pages of curves than this nobody reads; the curves themselves are in the file."""
@@ -38,12 +38,7 @@ def write_figures(
             place = [title] if len(settings) > 1 else []
             figures[file_name("error_curves", *place)] = draw_curves(title, members, curves)
             figures[file_name("error_bars", *place)] = draw_error_bars(title, members, curves)
-        return [
-            path
-            for name, figure in figures.items()
-            if figure is not None
-            for path in write_figure(figure, folder, name)
-        ]
+        return write_all(folder, {name: drawn for name, drawn in figures.items() if drawn})
 
 
 def curve_settings(results: Sequence[TrialResult]) -> dict[str, list[TrialResult]]:

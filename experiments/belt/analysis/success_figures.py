@@ -20,13 +20,7 @@ from experiments.belt.analysis.cells import (
 from experiments.belt.config import TrialResult
 from experiments.report.grouping import group_by, varying
 from experiments.report.statistics import wilson_interval
-from experiments.report.style import (
-    PAGE_WIDTH_IN,
-    add_legend,
-    draw_band,
-    panel_grid,
-    tracker_style,
-)
+from experiments.report.style import PAGE_WIDTH_IN, add_legend, draw_band, panel_grid, tracker_style
 
 TRACKER_LINE = "-"
 """Others are control arms: without a band, and hollow, so that trackers show through."""

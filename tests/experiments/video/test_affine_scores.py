@@ -1,8 +1,15 @@
 import numpy as np
 import pytest
+import scipy.stats
 
-from experiments.video.affine_scores import AffineReferee, nees, resampling_distance
-from experiments.video.affine_truth import AffineTruth
+from experiments.video.affine_scores import (
+    NEES_MEDIAN,
+    AffineReferee,
+    calibrated,
+    nees,
+    resampling_distance,
+)
+from experiments.video.sequences import AffineTruth
 from tracker.affine import aff2
 from tracker.affine.resampling import Particles
 from tracker.base import Status, WarpEstimate
@@ -124,3 +131,26 @@ def test_the_row_counts_ancestors_once():
     assert row.resampling_distance == pytest.approx(resampling_distance(START, *known))
     later = referee.row(0, estimate(START))
     assert later.ancestor_count is None and later.resampling_distance is None
+
+
+def test_the_median_is_that_of_the_distribution():
+    assert pytest.approx(scipy.stats.chi2.median(6), abs=5e-4) == NEES_MEDIAN
+
+
+def test_each_half_gets_the_factor_of_the_other():
+    by_name = {"A": [2 * NEES_MEDIAN], "B": [NEES_MEDIAN, 4 * NEES_MEDIAN, 9.0 * NEES_MEDIAN]}
+    expected = [2 / 4, 1 / 2, 4 / 2, 9 / 2]
+    np.testing.assert_allclose(calibrated(by_name), np.array(expected) * NEES_MEDIAN)
+
+
+def test_a_factor_common_to_all_sequences_drops_out():
+    rng = np.random.default_rng(0)
+    by_name = {name: 7.0 * rng.chisquare(6, 400) for name in "ABCDEF"}
+    assert calibrated(by_name).mean() == pytest.approx(6.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "by_name", [{}, {"A": [1.0]}, {"A": [1.0], "B": []}, {"A": [0.0], "B": [1]}]
+)
+def test_nothing_to_calibrate_with_gives_nothing(by_name):
+    assert len(calibrated(by_name)) == 0

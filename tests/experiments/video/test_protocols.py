@@ -3,9 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.video.images import SequenceError
 from experiments.video.protocols import runs_of, spatial, temporal
-from experiments.video.sequences import VideoSequence
+from experiments.video.sequences import SequenceError, VideoSequence
 
 
 def sequence(boxes, size_px=(200, 100), no_start=()):

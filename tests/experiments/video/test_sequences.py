@@ -3,8 +3,7 @@ import numpy as np
 import pytest
 
 from experiments.video import tb50
-from experiments.video.images import SequenceError
-from experiments.video.sequences import find_sequences, load_sequence, read_boxes
+from experiments.video.sequences import SequenceError, find_sequences, load_sequence, read_boxes
 from experiments.video.tb50 import ATTRIBUTES, NO_START, TB50_ATTRIBUTES
 
 

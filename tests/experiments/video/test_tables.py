@@ -1,6 +1,6 @@
 import pytest
 
-from experiments.video.calibration import NEES_MEDIAN
+from experiments.video.affine_scores import NEES_MEDIAN
 from experiments.video.job import AFFINE_COLUMNS
 from experiments.video.tables import _affine_measures
 
