@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 import pytest
+from dm_control import composer
 
 from experiments.belt.cell import make_cell
 from experiments.belt.config import TrialConfig
@@ -15,7 +16,7 @@ from experiments.belt.loop import Loop
 from experiments.belt.perception import CONTROL_ARMS
 from sim.arm.embodiments import UR5_RG2
 from sim.arm.motion import top_down_pose
-from sim.belt.environment import Environment, load, make_servo
+from sim.belt.environment import load, make_servo
 from sim.belt.task_config import TaskConfig
 
 ROUNDS = 5
@@ -27,7 +28,7 @@ def one_thread() -> None:
 
 
 @pytest.fixture(scope="module")
-def environment() -> Iterator[Environment]:
+def environment() -> Iterator[composer.Environment]:
     environment = load(TaskConfig(), random_state=0)
     environment.reset()
     yield environment

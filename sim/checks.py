@@ -5,8 +5,8 @@ Light to import, as the command line needs them.
 
 import difflib
 import math
-from collections.abc import Mapping
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
 
 Entry = TypeVar("Entry")
 
@@ -26,25 +26,25 @@ def look_up(kind: str, name: str, registry: Mapping[str, Entry]) -> Entry:
     raise ValueError(f"{kind} must be one of {', '.join(registry)}; got {name!r}{suggestion}")
 
 
+def require(
+    config: object, valid: str, is_valid: Callable[[Any], bool], names: Iterable[str]
+) -> None:
+    """Raises ValueError for a field of `config` that is not valid; `valid` says what would be."""
+    for name in names:
+        if not is_valid(value := getattr(config, name)):
+            raise ValueError(f"{name} must be {valid}, got {value!r}")
+
+
 def require_within(config: object, low: float, high: float, *names: str) -> None:
     """Raises ValueError for a field of `config` that is not a number from `low` to `high`."""
-    for name in names:
-        value = getattr(config, name)
-        if not low <= value <= high:
-            raise ValueError(f"{name} must be a number from {low:g} to {high:g}, got {value!r}")
+    require(config, f"a number from {low:g} to {high:g}", lambda v: low <= v <= high, names)
 
 
 def require_positive(config: object, *names: str) -> None:
     """Raises ValueError for a field of `config` that is not a finite number above 0."""
-    for name in names:
-        value = getattr(config, name)
-        if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} must be a positive number, got {value!r}")
+    require(config, "a positive number", lambda v: math.isfinite(v) and v > 0.0, names)
 
 
 def require_at_least(config: object, low: float, *names: str) -> None:
     """Raises ValueError for a field of `config` that is not a finite number of `low` or more."""
-    for name in names:
-        value = getattr(config, name)
-        if not (math.isfinite(value) and value >= low):
-            raise ValueError(f"{name} must be {low:g} or greater, got {value!r}")
+    require(config, f"{low:g} or greater", lambda v: math.isfinite(v) and v >= low, names)

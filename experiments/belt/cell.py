@@ -38,7 +38,7 @@ class Cell:
     """A compiled world and a servo for its arm; kept from trial to trial of the same cell."""
 
     environment: Any
-    """A `sim.belt.environment.Environment`; dm_control comes without types."""
+    """A `composer.Environment`; dm_control comes without types."""
     servo: Servo
 
     @property

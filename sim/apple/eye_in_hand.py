@@ -4,7 +4,7 @@ The reported pose comes from the joint angles through the published kinematics, 
 real hand-eye calibration and of the arm on top; the true pose is the simulator's alone.
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
@@ -77,42 +77,28 @@ class EyeInHand:
         """(6,) joint angles."""
         return self._servo.q
 
-    def drive(self, T_base_camera: np.ndarray) -> Generator[np.ndarray, None, bool]:
-        """Drives to a camera pose; yields (6,) joint angles, one for each 120th of a second.
-
-        Returns: whether the pose was reached, within a millimetre and a tenth of a degree.
-        """
-        still, nearest = np.zeros(6), np.inf
-        for step in range(round(_LIMIT_S * _RATE_HZ)):
-            self._servo.step(T_base_camera, still)
-            yield self._servo.q
-            off_m, turn_rad = self._distance(T_base_camera)
-            if off_m < 1e-3 and turn_rad < np.radians(0.1):
-                return True
-            if step % (_RATE_HZ // 4) == 0:
-                if off_m + 0.3 * turn_rad > _PROGRESS * nearest:
-                    return False
-                nearest = off_m + 0.3 * turn_rad
-        return False
-
     def reach(
         self, T_base_camera: np.ndarray, on_step: Callable[[np.ndarray], None] | None = None
     ) -> bool:
         """Drives to a camera pose; returns False, and goes back, where it is out of reach.
 
-        `on_step` is called with the joint angles (6,) of each step.
+        A pose is reached within a millimetre and a tenth of a degree. `on_step` is called with the
+        joint angles (6,) of each step, a 120th of a second.
         """
-        before = self.q_rad
-        driving = self.drive(T_base_camera)
-        while True:
-            try:
-                q_rad = next(driving)
-                if on_step is not None:
-                    on_step(q_rad)
-            except StopIteration as end:
-                if not end.value:
-                    self.reset(before)
-                return bool(end.value)
+        before, still, nearest = self.q_rad, np.zeros(6), np.inf
+        for step in range(round(_LIMIT_S * _RATE_HZ)):
+            self._servo.step(T_base_camera, still)
+            if on_step is not None:
+                on_step(self._servo.q)
+            off_m, turn_rad = self._distance(T_base_camera)
+            if off_m < 1e-3 and turn_rad < np.radians(0.1):
+                return True
+            if step % (_RATE_HZ // 4) == 0:
+                if off_m + 0.3 * turn_rad > _PROGRESS * nearest:
+                    break
+                nearest = off_m + 0.3 * turn_rad
+        self.reset(before)
+        return False
 
     def _distance(self, T: np.ndarray) -> tuple[float, float]:
         """How far the camera is from a pose, [m] and [rad]."""

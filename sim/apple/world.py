@@ -12,15 +12,14 @@ import mujoco
 import numpy as np
 
 from sim import ASSETS, geometry
-from sim.apple import paint
 from sim.apple.fruit import PlacedFruit
 from sim.apple.leaves import Leaf
-from sim.apple.tree import DULL, add_branch, add_fruit, add_leaves
+from sim.apple.tree import DULL, add_branch, add_fruit, add_leaves, backdrop
 from sim.arm.embodiments import JOINT_NAMES, UR5
 from sim.checks import require_within
 from sim.geometry import MUJOCO_AXES, MUJOCO_QUAT, quaternion, transform
 from sim.imaging.camera import OffscreenRenderer
-from sim.imaging.spec import UNTOUCHABLE, add_picture, set_up, update_poses
+from sim.imaging.spec import UNTOUCHABLE, add_light, add_picture, set_mocap, set_up, update_poses
 
 WIDTH_PX, HEIGHT_PX = 640, 480
 FOVY_RAD = math.radians(45.0)
@@ -108,9 +107,8 @@ class Orchard:
 
     def set_free_camera(self, T_world_camera: np.ndarray) -> None:
         """Puts the free camera at a (4, 4) pose with x right, y down, z forward."""
-        index = self.model.body(FREE_CAMERA).mocapid[0]
-        self.data.mocap_pos[index] = T_world_camera[:3, 3]
-        self.data.mocap_quat[index] = quaternion(T_world_camera[:3, :3] * MUJOCO_AXES)
+        R = T_world_camera[:3, :3] * MUJOCO_AXES
+        set_mocap(self.model, self.data, FREE_CAMERA, T_world_camera[:3, 3], R)
         update_poses(self.model, self.data)
 
     def camera_pose(self, camera: str) -> np.ndarray:
@@ -158,11 +156,9 @@ def _set_up(spec: Any, config: OrchardConfig) -> None:
     # Shadows of the fruit and its leaves only, sharp ones: 0.3 m around them.
     quality.shadowsize, spec.visual.map.shadowclip = 1024, 0.15
     spec.visual.global_.offwidth, spec.visual.global_.offheight = WIDTH_PX, HEIGHT_PX
-    lamp = spec.worldbody.add_light(name="lamp", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    lamp = add_light(spec, "lamp", light.lamp, specular=[0.25 * light.lamp] * 3, castshadow=True)
     lamp.dir = np.array(light.direction) / np.linalg.norm(light.direction)
     lamp.pos = config.fruit.centre_m - np.asarray(lamp.dir)
-    lamp.castshadow, lamp.ambient = True, [0.0] * 3
-    lamp.diffuse, lamp.specular = [light.lamp] * 3, [0.25 * light.lamp] * 3
 
 
 def _add_cameras(spec: Any) -> None:
@@ -211,7 +207,7 @@ def _add_ground(spec: Any) -> None:
 
 def _add_backdrop(spec: Any, config: OrchardConfig, rng: np.random.Generator) -> None:
     """A picture beyond the tree; emissive, so that the lamp does not change it."""
-    add_picture(spec, "backdrop", paint.backdrop(rng), *DULL).emission = 0.2
+    add_picture(spec, "backdrop", backdrop(rng), *DULL).emission = 0.2
     away = config.fruit.centre_m - np.array(config.backdrop_from_m)
     away = np.array([away[0], away[1], 0.0]) / np.linalg.norm(away[:2])
     right = np.cross(away, [0.0, 0.0, 1.0])

@@ -12,6 +12,7 @@ from enum import StrEnum
 import numpy as np
 
 from sim.arm.motion import Ramp, TargetMotion, UniformMotion, run_up, top_down_pose
+from sim.checks import require
 
 
 class Phase(StrEnum):
@@ -81,9 +82,7 @@ class GraspConfig:
     """Deceleration along the belt once the target is off it."""
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            if not math.isfinite(getattr(self, name)):
-                raise ValueError(f"{name} must be finite, got {getattr(self, name)!r}")
+        require(self, "finite", math.isfinite, self.__dataclass_fields__)
         if self.wait_y_m >= self.join_y_m:
             raise ValueError(
                 f"wait_y_m must lie before join_y_m={self.join_y_m}, got {self.wait_y_m}"

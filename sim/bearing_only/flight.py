@@ -11,7 +11,7 @@ flights go on at once (without landmarks in view, whose number differs).
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal, Self
 
 import numpy as np
@@ -140,8 +140,7 @@ class FlightDraws:
     @classmethod
     def stack(cls, draws: Sequence[Self]) -> Self:
         """Several flights as one with a leading axis."""
-        names = ("landmarks_m", "odometry", "target_pixel", "landmark_pixels")
-        return cls(*(np.stack([getattr(one, name) for one in draws]) for name in names))
+        return cls(*(np.stack([getattr(one, f.name) for one in draws]) for f in fields(cls)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,16 +162,13 @@ class Flight:
 
     def __init__(self, config: FlightConfig, draws: FlightDraws) -> None:
         self.config, self._draws = config, draws
+        self.landmarks_m = draws.landmarks_m
+        """(..., n, 3) positions of the landmarks in the world."""
         leading = draws.odometry.shape[:-2]
         self.iteration = 0
         self.position_m = np.broadcast_to(np.array(config.start_m, float), (*leading, 3)).copy()
         yaw = Rotation.from_rotvec([0.0, 0.0, config.yaw_rad]).as_matrix()
         self.R_world_body = np.broadcast_to(yaw, (*leading, 3, 3)).copy()
-
-    @property
-    def landmarks_m(self) -> np.ndarray:
-        """(..., n, 3) positions of the landmarks in the world."""
-        return self._draws.landmarks_m
 
     @property
     def target_m(self) -> np.ndarray:
@@ -186,24 +182,20 @@ class Flight:
 
     def look(self) -> Sight:
         """Returns the camera's pixels now: landmarks for one flight, the target for all."""
-        k, noise_px = self.iteration, self.config.pixel_std_px
-        target, is_seen = self._pixels(self.target_m, self._draws.target_pixel[..., k, :])
+        k, offset = self.iteration, self.target_m - self.position_m
+        target_b = np.einsum("...ji,...j->...i", self.R_world_body, offset)
+        target, is_seen = self._noisy(target_b, self._draws.target_pixel[..., k, :])
         if self.position_m.ndim > 1:
             return Sight(np.empty(0, int), np.empty((0, 2)), target, is_seen)
-        pixels, in_view = self.config.camera.see(self._in_body(self.landmarks_m))
-        pixels = pixels + noise_px * self._draws.landmark_pixels[k]
-        in_view &= self.config.camera.contains(pixels)
+        landmarks_b = (self.landmarks_m - self.position_m) @ self.R_world_body
+        pixels, in_view = self._noisy(landmarks_b, self._draws.landmark_pixels[k])
         return Sight(np.flatnonzero(in_view), pixels[in_view], target, is_seen)
 
-    def _pixels(self, point_m: np.ndarray, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        offset = point_m - self.position_m
-        in_body = np.einsum("...ji,...j->...i", self.R_world_body, offset)
-        pixel, is_seen = self.config.camera.see(in_body)
-        pixel = pixel + self.config.pixel_std_px * noise
-        return pixel, is_seen & self.config.camera.contains(pixel)
-
-    def _in_body(self, points_m: np.ndarray) -> np.ndarray:
-        return (points_m - self.position_m) @ self.R_world_body
+    def _noisy(self, points_b: np.ndarray, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(..., 2) noisy pixels, and which are in view both without the noise and with it."""
+        pixels, is_seen = self.config.camera.see(points_b)
+        pixels = pixels + self.config.pixel_std_px * noise
+        return pixels, is_seen & self.config.camera.contains(pixels)
 
     def move(self, displacement_m: np.ndarray, rotation_rad: np.ndarray) -> None:
         """Carries out one increment with noise, and lets a time step pass.

@@ -13,12 +13,12 @@ import mujoco
 import numpy as np
 
 from sim.bearing_only.pictures import labels, mural
-from sim.checks import require_at_least, require_positive
-from sim.geometry import MUJOCO_QUAT, R_BODY_CAMERA, fovy_deg, quaternion
+from sim.checks import require, require_at_least, require_positive
+from sim.geometry import MUJOCO_QUAT, R_BODY_CAMERA, fovy_deg
 from sim.imaging.camera import OffscreenRenderer
 from sim.imaging.degradations import Condition
 from sim.imaging.sensor import SensorNoise
-from sim.imaging.spec import UNTOUCHABLE, add_material, set_up, update_poses
+from sim.imaging.spec import UNTOUCHABLE, add_light, add_material, set_mocap, set_up, update_poses
 
 WIDTH_PX, HEIGHT_PX = 640, 480
 FOCAL_PX = 320.0
@@ -55,9 +55,7 @@ class HallConfig:
     """Standard deviation of each pixel and colour, in grey levels of 255."""
 
     def __post_init__(self) -> None:
-        for name in ("hall_m", "clear_m"):
-            if not all(math.isfinite(v) and v > 0.0 for v in getattr(self, name)):
-                raise ValueError(f"{name} must be positive numbers, got {getattr(self, name)}")
+        require(self, "positive numbers", _are_positive, ["hall_m", "clear_m"])
         require_positive(self, "blob_pitch_m", "wall_px_per_m", "target_radius_m")
         require_at_least(self, 0, "crate_count", "noise_std")
         if not 0.0 < self.crate_m[0] <= self.crate_m[1]:
@@ -69,6 +67,10 @@ class HallConfig:
             raise ValueError(
                 f"clear_m {self.clear_m} leaves no room for crates in a hall of {self.hall_m}"
             )
+
+
+def _are_positive(values: tuple[float, ...]) -> bool:
+    return all(math.isfinite(v) and v > 0.0 for v in values)
 
 
 class HallCamera:
@@ -104,10 +106,9 @@ class HallCamera:
             R_world_body: (3, 3) attitude of the robot.
             target_m: (3,) middle of the target.
         """
-        camera, target = (self.model.body(name).mocapid[0] for name in (CAMERA, TARGET))
-        self.data.mocap_pos[camera] = position_m
-        self.data.mocap_quat[camera] = quaternion(R_world_body @ R_BODY_CAMERA)
-        self.data.mocap_pos[target] = target_m
+        R_world_camera = R_world_body @ R_BODY_CAMERA
+        set_mocap(self.model, self.data, CAMERA, position_m, R_world_camera)
+        set_mocap(self.model, self.data, TARGET, target_m, np.eye(3))
         update_poses(self.model, self.data)
 
     def photograph(
@@ -151,9 +152,7 @@ def hang_crates(config: HallConfig, rng: np.random.Generator) -> np.ndarray:
 def _compile(config: HallConfig, crates_m: np.ndarray, rng: np.random.Generator) -> mujoco.MjModel:
     spec = mujoco.MjSpec()
     set_up(spec, clip_m=(0.05, 4.0 * max(config.hall_m)), ambient=0.62)
-    lamp = spec.worldbody.add_light(name="lamp", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
-    lamp.dir, lamp.castshadow = [0.35, 0.25, -0.9], False
-    lamp.diffuse, lamp.ambient, lamp.specular = [0.38] * 3, [0.0] * 3, [0.0] * 3
+    add_light(spec, "lamp", 0.38, dir=[0.35, 0.25, -0.9], castshadow=False)
     camera = spec.worldbody.add_body(name=CAMERA, mocap=True)
     camera.add_camera(name=CAMERA, quat=MUJOCO_QUAT, fovy=fovy_deg(HEIGHT_PX, FOCAL_PX))
     target = spec.worldbody.add_body(name=TARGET, mocap=True)

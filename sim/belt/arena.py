@@ -142,7 +142,7 @@ class Scenery:
         (x_low, x_high), (y_low, _) = self._carrier.face_range_m
         hidden = np.array([0.5 * (x_low + x_high), _HIDDEN_SHARE * y_low, self._height_m])
         camera = np.array(self._view.position_m)
-        upright = quaternion(self._view.R_world_camera)
+        upright = quaternion(self._view.T_world_camera[:3, :3])
         self._put(physics, self._bar, camera + _WAY_TO_TARGET * (hidden - camera), upright)
         physics.model.geom_size[physics.bind(self._bar_geom).element_id, 0] = 0.5 * width_m
 

@@ -17,12 +17,9 @@ TIME_LIMIT_S = 30.0
 """No attempt lasts longer than this in simulated time."""
 
 
-Environment = composer.Environment
-
-
 def load(
     config: TaskConfig | None = None, random_state: np.random.RandomState | int | None = None
-) -> Environment:
+) -> composer.Environment:
     """The conveyor cell as a `dm_env` environment.
 
     Args:

@@ -101,16 +101,10 @@ class Prop(composer.ModelWrapperEntity):
         self._mjcf_model = mjcf.from_path(str(ASSETS / spec.xml))
         if spec.artwork is not None:
             textures.apply(self._mjcf_model, "artwork", spec.artwork())
-
-    @property
-    def body(self) -> Any:
+        self.body: Any = self._mjcf_model.worldbody.body[0]
         """The object's only body."""
-        return self._mjcf_model.worldbody.body[0]
-
-    @property
-    def geoms(self) -> tuple[Any, ...]:
+        self.geoms: tuple[Any, ...] = tuple(self._mjcf_model.find_all("geom"))
         """Every geom of the object."""
-        return tuple(self._mjcf_model.find_all("geom"))
 
     def face(self, physics: Any, shape: tuple[int, int]) -> np.ndarray:
         """(rows, columns) bool, where the object's upper side is its top face.

@@ -124,8 +124,12 @@ class ScenarioRange:
 
         def place(along_m: float, offset_m: float, turn_rad: float) -> Pose:
             if is_belt:
-                return on_belt(start_y_m + along_m, offset_m, turn_rad)
-            return on_turntable(angle_rad + along_m / RADIUS_M, offset_m, turn_rad)
+                x_m, y_m = BELT_CENTRE_X_M + offset_m, start_y_m + along_m
+                return Pose(x_m, y_m, 0.5 * math.pi + turn_rad)
+            angle, radius_m = angle_rad + along_m / RADIUS_M, RADIUS_M + _RADIAL_SHARE * offset_m
+            x_m = CENTRE_M[0] + radius_m * math.cos(angle)
+            y_m = CENTRE_M[1] + radius_m * math.sin(angle)
+            return Pose(x_m, y_m, angle + 0.5 * math.pi + turn_rad)
 
         side = rng.choice((-1.0, 1.0))
         slots = side * _LOOK_ALIKE_GAP_M * np.array([1.0, -1.0, 2.0])
@@ -135,16 +139,3 @@ class ScenarioRange:
     def _draw_beside(self, rng: np.random.Generator) -> tuple[float, float]:
         """Offset from the path [m] and yaw from its direction [rad]."""
         return rng.uniform(*self.offset_m), rng.uniform(*self.yaw_from_path_rad)
-
-
-def on_belt(y_m: float, offset_m: float, turn_rad: float) -> Pose:
-    """A pose by its place along the belt, beside its middle and turned from its direction."""
-    return Pose(BELT_CENTRE_X_M + offset_m, y_m, 0.5 * math.pi + turn_rad)
-
-
-def on_turntable(angle_rad: float, offset_m: float, turn_rad: float) -> Pose:
-    """The same for a turntable, by the angle about its axis, with half the offset."""
-    radius_m = RADIUS_M + _RADIAL_SHARE * offset_m
-    x_m = CENTRE_M[0] + radius_m * math.cos(angle_rad)
-    y_m = CENTRE_M[1] + radius_m * math.sin(angle_rad)
-    return Pose(x_m, y_m, angle_rad + 0.5 * math.pi + turn_rad)

@@ -107,7 +107,6 @@ class ConveyorGrasp(composer.Task):
 
     def action_spec(self, physics: Any) -> specs.BoundedArray:
         """Joint positions, joint velocities, opening."""
-        del physics
         speeds, stroke_m = self.embodiment.arm.joint_speed_radps, self.embodiment.gripper.stroke_m
         high = np.concatenate([np.full(6, 2 * np.pi), speeds, [stroke_m]])
         low = np.concatenate([-high[:12], [0.0]])
@@ -115,7 +114,6 @@ class ConveyorGrasp(composer.Task):
 
     def after_compile(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Makes the renderer for the newly compiled model."""
-        del random_state
         self.close()
         if self.config.has_camera:
             self._renderer = OffscreenRenderer(
@@ -129,7 +127,7 @@ class ConveyorGrasp(composer.Task):
         self.scenario = episode.scenario
         self._sensor = self._make_sensor(episode.sensor_rng)
         self._gripper = _GripperControl(self.embodiment.gripper, self.config.gripper_delay_s)
-        self.set_light_scale(physics, self.condition.light(0.0, episode.scenario.start.y_m))
+        self._arena.set_light_scale(physics, self.condition.light(0.0, episode.scenario.start.y_m))
         self.robot.go_home(physics)
         start, speed_mps = self.scenario.start, self.scenario.profile(0.0)
         self.place_object(physics, start)
@@ -143,7 +141,6 @@ class ConveyorGrasp(composer.Task):
         self, physics: Any, action: np.ndarray, random_state: np.random.RandomState
     ) -> None:
         """Applies the action and the carrier's speed at this time."""
-        del random_state
         self.robot.command_arm(physics, action[:6], action[6:12])
         self.robot.command_width(physics, self._gripper.step(float(action[12])))
         self._is_closing = action[12] < self.embodiment.gripper.stroke_m - 1e-6
@@ -153,28 +150,23 @@ class ConveyorGrasp(composer.Task):
         self, physics: Any, action: np.ndarray, random_state: np.random.RandomState
     ) -> None:
         """Moves what rides along."""
-        del action, random_state
         self._scenery.before_physics_step(physics)
 
     def after_substep(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Lets the camera look."""
-        del random_state
         if self.config.has_camera:
             self._look(physics)
 
     def after_step(self, physics: Any, random_state: np.random.RandomState) -> None:
         """Lets the referee look."""
-        del random_state
         self.referee.watch(physics, self._is_closing)
 
     def should_terminate_episode(self, physics: Any) -> bool:
         """Whether the object has been held long enough, has fallen or is gone."""
-        del physics
         return self.referee.record.is_over
 
     def get_reward(self, physics: Any) -> float:
         """Returns 1 when the object has been held long enough, else 0."""
-        del physics
         return float(self.referee.record.is_success)
 
     # The parts.
@@ -208,10 +200,6 @@ class ConveyorGrasp(composer.Task):
         """(3, 3) intrinsics of the sensor at the condition's resolution."""
         return self.view.intrinsics(self.condition.width_px, self.condition.height_px)
 
-    def set_light_scale(self, physics: Any, scale: float) -> None:
-        """Brightness of the cell, 1 being normal."""
-        self._arena.set_light_scale(physics, scale)
-
     def place_object(self, physics: Any, pose: Pose) -> None:
         """Lays the object on the surface, at rest."""
         position = pose.x_m, pose.y_m, 0.5 * self.prop.spec.size_m[2]
@@ -228,7 +216,7 @@ class ConveyorGrasp(composer.Task):
             self.place_object(physics, pose)
             self._scenery.hide(physics)
         self.carrier.show_mark(physics)
-        self.set_light_scale(physics, 1.0)
+        self._arena.set_light_scale(physics, 1.0)
 
     def is_in_view(self, physics: Any) -> bool:
         """Whether every corner of the object projects into the sensor's image."""
@@ -281,7 +269,7 @@ class ConveyorGrasp(composer.Task):
     def _look(self, physics: Any) -> None:
         def expose() -> Develop:
             target_y_m = float(physics.bind(self.prop.body).xpos[1])
-            self.set_light_scale(physics, self.condition.light(time_s, target_y_m))
+            self._arena.set_light_scale(physics, self.condition.light(time_s, target_y_m))
             return self.expose(physics, "sensor")
 
         time_s = float(physics.data.time)

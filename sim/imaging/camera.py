@@ -32,18 +32,13 @@ class CameraView:
     description: str
     position_m: tuple[float, float, float]
     look_at_m: tuple[float, float, float]
-    up: tuple[float, float, float]
-    """World direction that points up in the image."""
     fovy_rad: float
-
-    @property
-    def R_world_camera(self) -> np.ndarray:
-        """(3, 3) rotation; camera axes x right, y down, z forward (OpenCV)."""
-        return self.T_world_camera[:3, :3]
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """World direction that points up in the image."""
 
     @property
     def T_world_camera(self) -> np.ndarray:
-        """(4, 4) pose of the camera in the world."""
+        """(4, 4) pose of the camera in the world; x right, y down, z forward (OpenCV)."""
         return look_at(self.position_m, self.look_at_m, self.up)
 
     def intrinsics(self, width_px: int, height_px: int) -> np.ndarray:
@@ -56,14 +51,12 @@ CAMERAS: dict[str, CameraView] = {
         description="oblique view across the belt towards the robot; the hand hides little",
         position_m=(1.50, 0.0, 1.15),
         look_at_m=(0.50, 0.0, 0.0),
-        up=(0.0, 0.0, 1.0),
         fovy_rad=math.radians(50.0),
     ),
     "kinect": CameraView(
         description="a Kinect v2 across the belt: wider, so nearer than far-side",
         position_m=(1.40, 0.0, 1.02),
         look_at_m=(0.50, 0.0, 0.0),
-        up=(0.0, 0.0, 1.0),
         fovy_rad=math.radians(60.0),
     ),
     "overhead": CameraView(
@@ -79,7 +72,6 @@ STUDIO = CameraView(
     description="three-quarter view of the whole cell, for videos",
     position_m=(1.55, -1.35, 1.05),
     look_at_m=(0.30, -0.05, 0.20),
-    up=(0.0, 0.0, 1.0),
     fovy_rad=math.radians(45.0),
 )
 
@@ -91,7 +83,7 @@ def get_view(name: str) -> CameraView:
 
 def add_camera(mjcf_root: Any, name: str, view: CameraView) -> Any:
     """Adds `view` to a PyMJCF model and returns the camera element."""
-    R = view.R_world_camera
+    R = view.T_world_camera[:3, :3]
     return mjcf_root.worldbody.add(
         "camera",
         name=name,

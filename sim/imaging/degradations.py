@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
-from sim.checks import look_up, require_at_least, require_within
+from sim.checks import look_up, require, require_at_least, require_within
 from sim.imaging.time_of_flight import TimeOfFlight
 from sim.world_config import PHYSICS_HZ
 
@@ -107,15 +107,11 @@ class Condition:
         require_at_least(self, 0.0, "exposure_s", "colour_noise_std", "depth_noise_std_m", "late_s")
         require_within(self, 0.0, WIDEST_BAR_M, "bar_m")
         require_within(self, 0.0, 1.0, "clutter")
-        if self.look_alike_count not in range(LOOK_ALIKE_COUNT + 1):
-            raise ValueError(
-                f"look_alike_count must be 0 to {LOOK_ALIKE_COUNT}, got {self.look_alike_count!r}"
-            )
-        if not self.full_well_e > 0.0:
-            raise ValueError(f"full_well_e must be greater than 0, got {self.full_well_e!r}")
-        for name in ("depth_hole_share", "dropped_share", "late_share"):
-            if not 0.0 <= getattr(self, name) < 1.0:
-                raise ValueError(f"{name} must be from 0 to below 1, got {getattr(self, name)!r}")
+        counts = range(LOOK_ALIKE_COUNT + 1)
+        require(self, f"0 to {counts[-1]}", counts.__contains__, ["look_alike_count"])
+        require(self, "greater than 0", lambda v: v > 0.0, ["full_well_e"])
+        shares = "depth_hole_share", "dropped_share", "late_share"
+        require(self, "from 0 to below 1", lambda v: 0.0 <= v < 1.0, shares)
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,13 @@
-"""What every scene that is built as an MjSpec needs: its set-up, its pictures, and its poses."""
+"""What every scene that is built as an MjSpec needs: set-up, lights, pictures, and poses."""
 
 from typing import Any
 
 import cv2
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
+
+from sim.geometry import quaternion
 
 UNTOUCHABLE = {"contype": 0, "conaffinity": 0}
 """Settings of a geom that is only looked at."""
@@ -26,6 +29,13 @@ def set_up(spec: Any, clip_m: tuple[float, float], ambient: float, extent_m: flo
     spec.visual.quality.offsamples = 0
     spec.visual.headlight.ambient = [ambient] * 3
     spec.visual.headlight.diffuse = spec.visual.headlight.specular = [0.0] * 3
+
+
+def add_light(spec: Any, name: str, brightness: float, **settings: Any) -> Any:
+    """Adds a light that is directional and lights matt what faces it alone; returns it."""
+    white = {"diffuse": [brightness] * 3, "ambient": [0.0] * 3, "specular": [0.0] * 3}
+    kind = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    return spec.worldbody.add_light(**({"name": name, "type": kind} | white | settings))
 
 
 def add_files(spec: Any, pictures: dict[str, np.ndarray]) -> None:
@@ -51,6 +61,13 @@ def add_picture(spec: Any, name: str, picture: np.ndarray, *finish: float) -> An
     add_files(spec, {f"{name}.png": picture})
     spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=f"{name}.png")
     return add_material(spec, name, *finish)
+
+
+def set_mocap(model: Any, data: Any, body: str, position_m: ArrayLike, R: np.ndarray) -> None:
+    """Puts a mocap body at a position (3,) and rotation (3, 3) in the world."""
+    index = model.body(body).mocapid[0]
+    data.mocap_pos[index] = position_m
+    data.mocap_quat[index] = quaternion(R)
 
 
 def update_poses(model: Any, data: Any) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from sim.checks import require_positive, require_within
+from sim.checks import require, require_positive, require_within
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,8 @@ class TimeOfFlight:
     def __post_init__(self) -> None:
         require_positive(self, "edge_step_m")
         require_within(self, 0.0, 1.0, "edge_hole_share")
-        if not 0.0 < self.grazing_rad < 0.5 * math.pi:
-            raise ValueError(
-                f"grazing_rad must be between 0 and half of pi, got {self.grazing_rad!r}"
-            )
+        half_of_pi = 0.5 * math.pi
+        require(self, "between 0 and half of pi", lambda v: 0.0 < v < half_of_pi, ["grazing_rad"])
 
     def measure(
         self, depth_m: np.ndarray, K: np.ndarray, normal: np.ndarray, uniform: np.ndarray

@@ -88,7 +88,6 @@ class Swing:
 
     def draw(self, frame_count: int, rng: np.random.Generator) -> Signal:
         """See `Term`."""
-        del frame_count
         rate = 2.0 * np.pi / rng.uniform(*self.periods)
         return lambda time: 0.5 * self.peak * (1.0 - math.cos(rate * time))
 
@@ -115,7 +114,6 @@ class Trip:
 
     def draw(self, frame_count: int, rng: np.random.Generator) -> Signal:
         """See `Term`."""
-        del frame_count, rng
         ramp = self.ramp
         return lambda time: (
             self.by

@@ -70,10 +70,10 @@ def _paint_sign(c: Canvas, style: Style, edge: float, rng: np.random.Generator) 
 
 def _paint_frame(c: Canvas, width: float, height: float) -> None:
     """A dark edge, so that outlines show on any scenery."""
-    for box in ((0, 0, width, 1.2), (0, height - 1.2, width, 1.2)):
-        c.rectangle(*box, INK)
-    for box in ((0, 0, 1.2, height), (width - 1.2, 0, 1.2, height)):
-        c.rectangle(*box, INK)
+    for x, y in ((0, 0), (0, height - 1.2)):
+        c.rectangle(x, y, width, 1.2, INK)
+    for x, y in ((0, 0), (width - 1.2, 0)):
+        c.rectangle(x, y, 1.2, height, INK)
 
 
 def pole(style: Style, size_mm: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
@@ -95,7 +95,6 @@ def _wall(colour: Colour) -> Canvas:
 
 def shelves(style: Style, rng: np.random.Generator) -> np.ndarray:
     """(h, w, 3) uint8 warehouse: boards full of boxes."""
-    del style
     c = _wall((64, 66, 72))
     for top in np.arange(0.0, WALL_MM[1], 600.0):
         x = float(rng.uniform(0.0, 100.0))
@@ -116,7 +115,6 @@ def shelves(style: Style, rng: np.random.Generator) -> np.ndarray:
 
 def bricks(style: Style, rng: np.random.Generator) -> np.ndarray:
     """(h, w, 3) uint8 brick wall with some windows."""
-    del style
     c = _wall((168, 160, 150))
     for row, y in enumerate(np.arange(0.0, WALL_MM[1], 130.0)):
         for x in np.arange(-150.0 * (row % 2), WALL_MM[0], 300.0):
@@ -136,7 +134,6 @@ def bricks(style: Style, rng: np.random.Generator) -> np.ndarray:
 
 def leaves(style: Style, rng: np.random.Generator) -> np.ndarray:
     """(h, w, 3) uint8 hedge."""
-    del style
     c = _wall((34, 52, 30))
     for _ in range(2600):
         x, y = rng.uniform(0, WALL_MM[0]), rng.uniform(0, WALL_MM[1])

@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 
 from sim.checks import look_up
-from sim.geometry import MUJOCO_QUAT, fovy_deg, intrinsics, quaternion, rotation
-from sim.imaging.spec import UNTOUCHABLE, add_picture, set_up, update_poses
+from sim.geometry import MUJOCO_QUAT, fovy_deg, intrinsics, rotation
+from sim.imaging.spec import UNTOUCHABLE, add_light, add_picture, set_mocap, set_up, update_poses
 from sim.video import pictures, surfaces
 from sim.video.clip import (
     FOCAL_PX,
@@ -97,7 +97,7 @@ class Stage:
         for actor in self._actors:
             self._place(actor, time)
         pan, tilt = self._shake["pan_rad"](time), self._shake["tilt_rad"](time)
-        self._set_mocap(CAMERA, np.zeros(3), rotation(0.0, pan, tilt))
+        set_mocap(self.model, self.data, CAMERA, np.zeros(3), rotation(0.0, pan, tilt))
         self._light_up(time)
         update_poses(self.model, self.data)
         mujoco.mj_flex(self.model, self.data)
@@ -116,16 +116,11 @@ class Stage:
         return K @ np.column_stack([R_camera_world, t])
 
     def _place(self, actor: _Playing, time: float) -> None:
-        self._set_mocap(actor.name, *actor.pose(time))
+        set_mocap(self.model, self.data, actor.name, *actor.pose(time))
         if actor.script.shape == "sheet":
             first = self.model.flex_vertadr[flex_id(self.model, actor.name)]
             vertices = actor.vertices_m(time)
             self.model.flex_vert[first : first + len(vertices)] = vertices
-
-    def _set_mocap(self, body: str, position_m: np.ndarray, R_world_body: np.ndarray) -> None:
-        index = self.model.body(body).mocapid[0]
-        self.data.mocap_pos[index] = position_m
-        self.data.mocap_quat[index] = quaternion(R_world_body)
 
     def _light_up(self, time: float) -> None:
         lighting = self.clip.lighting
@@ -193,18 +188,11 @@ def _paint(clip: Clip, rng: np.random.Generator) -> dict[str, np.ndarray]:
 
 
 def _add_lights(spec: mujoco.MjSpec, lighting: Lighting) -> None:
-    kinds = mujoco.mjtLightType
-    lamp = spec.worldbody.add_light(name="lamp", type=kinds.mjLIGHT_DIRECTIONAL)
-    lamp.dir = [0.25, 0.35, 0.9]
-    lights = [(lamp, lighting.lamp)]
+    add_light(spec, "lamp", lighting.lamp, dir=[0.25, 0.35, 0.9], castshadow=False)
     if lighting.spot:
-        spot = spec.worldbody.add_light(name="spot", type=kinds.mjLIGHT_SPOT)
+        spot = add_light(spec, "spot", lighting.spot, castshadow=False)
+        spot.type, spot.cutoff, spot.exponent = mujoco.mjtLightType.mjLIGHT_SPOT, 25.0, 60.0
         spot.pos, spot.attenuation = [-0.3, -0.4, -0.5], [1.0, 0.0, 0.0]
-        spot.cutoff, spot.exponent = 25.0, 60.0
-        lights.append((spot, lighting.spot))
-    for light, brightness in lights:
-        light.castshadow = False
-        light.diffuse, light.ambient, light.specular = [brightness] * 3, [0.0] * 3, [0.0] * 3
 
 
 def _add(spec: mujoco.MjSpec, name: str, surface: Surface) -> None:

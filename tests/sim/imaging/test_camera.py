@@ -11,7 +11,7 @@ WIDTH, HEIGHT = 320, 240
 
 def scene(view, *, offsamples: int = 0, geoms: str = "") -> mujoco.MjModel:
     """A floor, two boxes and the view's camera."""
-    R = view.R_world_camera
+    R = view.T_world_camera[:3, :3]
     axes = " ".join(map(str, np.concatenate([R[:, 0], -R[:, 1]])))
     position = " ".join(map(str, view.position_m))
     return mujoco.MjModel.from_xml_string(f"""
@@ -47,7 +47,7 @@ def rendered(model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, mujoco.MjDa
 def test_one_pass_depth_equals_ray_casts(view):
     model = scene(view)
     _, depth_m, data = rendered(model)
-    K, R = view.intrinsics(WIDTH, HEIGHT), view.R_world_camera
+    K, R = view.intrinsics(WIDTH, HEIGHT), view.T_world_camera[:3, :3]
     rng = np.random.default_rng(0)
     pixels = np.column_stack([rng.integers(0, WIDTH, 400), rng.integers(0, HEIGHT, 400)])
     rays = np.column_stack([pixels, np.ones(400)]) @ np.linalg.inv(K).T
@@ -126,7 +126,7 @@ def test_back_projection_of_the_floor_lies_on_the_floor(view):
 
 
 def test_axes_are_right_handed_and_look_at_the_belt(view):
-    R = view.R_world_camera
+    R = view.T_world_camera[:3, :3]
     assert np.allclose(R @ R.T, np.eye(3))
     assert np.linalg.det(R) == pytest.approx(1.0)
     towards = np.subtract(view.look_at_m, view.position_m)
