@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 import sim  # noqa: F401
-from experiments.apple.observer import SEGMENTED, sighting
-from experiments.apple.photographs import ArmPhotographer
+from experiments.apple.photographs import SEGMENTED, ArmPhotographer, sighting
 from experiments.apple.worlds import CLASSES, WorldId, draw_world
 from tracker.apple.segmentation import segment
 from tracker.apple.single_view import measure

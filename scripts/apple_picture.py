@@ -12,8 +12,7 @@ import numpy as np
 
 import sim  # noqa: F401
 from experiments.apple.film import draw_view, true_pose
-from experiments.apple.observer import SEGMENTED, sighting
-from experiments.apple.photographs import ArmPhotographer
+from experiments.apple.photographs import SEGMENTED, ArmPhotographer, sighting
 from experiments.apple.worlds import CLASSES, WorldId, draw_world
 from experiments.report.movie import caption
 from tracker.apple.attitude import axis_error_deg

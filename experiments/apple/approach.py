@@ -10,8 +10,13 @@ from typing import Any
 import numpy as np
 
 from experiments.apple.methods import METHODS, Estimate
-from experiments.apple.observer import MASKS, sighting, visible_share
-from experiments.apple.photographs import ArmPhotographer, Photograph
+from experiments.apple.photographs import (
+    MASKS,
+    ArmPhotographer,
+    Photograph,
+    sighting,
+    visible_share,
+)
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import CLASSES, World, WorldId, draw_world
 from experiments.study.rows import JobOutcome
@@ -133,14 +138,12 @@ def _row(
     errors = errors_deg(estimates, axis)
     last = estimates[-1]
     views = [s.view for s in sightings]
-    by_image = errors + [errors[-1]] * (len(ERROR_FIELDS) - len(errors))
+    lasting = errors + [errors[-1]] * (len(ERROR_FIELDS) - len(errors))
+    by_image: dict[str, Any] = dict(zip(ERROR_FIELDS, lasting, strict=True))
     return ApproachRow(
-        job.world.fruit_class,
-        job.world.aspect,
-        job.world.seed,
-        job.views,
-        mask,
-        name,
+        **job.columns(),
+        mask=mask,
+        method=name,
         image_count=len(views),
         found_count=sum(view.is_found for view in views),
         calyx_count=sum(view.calyx_px is not None for view in views),
@@ -149,13 +152,8 @@ def _row(
         error_deg=errors[-1] if method.is_fused else float(np.mean(errors)),
         sigma_deg=None if last is None else last.sigma_deg,
         is_sign_right=last is not None and bool(last.axis @ axis > 0.0),
-        **_by_image(by_image),
+        **by_image,
     )
-
-
-def _by_image(errors_deg: Sequence[float]) -> dict[str, Any]:
-    """The columns of the errors after each image."""
-    return dict(zip(ERROR_FIELDS, errors_deg, strict=True))
 
 
 def _visible(world: World, photograph: Photograph) -> float:

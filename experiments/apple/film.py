@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 
 from experiments.apple.approach import ApproachJob
-from experiments.apple.observer import SEGMENTED, sighting
-from experiments.apple.photographs import ArmPhotographer, Photograph
+from experiments.apple.photographs import SEGMENTED, ArmPhotographer, Photograph, sighting
 from experiments.apple.viewpoints import VIEWS
 from experiments.apple.worlds import World, draw_world
 from experiments.report.movie import Movie, caption

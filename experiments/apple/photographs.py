@@ -1,6 +1,7 @@
 """Takes the pictures: drives the arm's camera to a view, and keeps what it saw and said.
 
-Truth (true pose, masks) stays in the photograph for scoring and for the oracle.
+Truth (true pose, masks) stays in the photograph for scoring and for the oracle; `sighting` is what
+an estimator gets of it: the view, and where the arm says the camera was.
 """
 
 from collections.abc import Callable
@@ -11,8 +12,15 @@ import numpy as np
 
 from experiments.seeding import Stream, generator
 from sim.apple.eye_in_hand import EyeInHand, PoseNoise, camera_pose
-from sim.apple.world import FREE_CAMERA, HAND_CAMERA, Masks, Orchard
+from sim.apple.world import FREE_CAMERA, HAND_CAMERA, Masks, Orchard, intrinsics
+from tracker.apple.segmentation import segment, view_of_masks
+from tracker.apple.view import CameraPose, FruitView, Sighting
 
+SEGMENTED, ORACLE = "segmented", "oracle"
+MASKS = {
+    SEGMENTED: "the fruit told from the image by colour",
+    ORACLE: "control arm: the simulator's own masks of skin and calyx",
+}
 _NOISE_LEVELS = 3.0
 
 
@@ -87,3 +95,24 @@ class ArmPhotographer:
             masks=self._orchard.masks(camera),
             by_arm=is_there,
         )
+
+
+def sighting(photograph: Photograph, mask: str) -> Sighting:
+    """The sighting by segmentation, or by the simulator's masks for the oracle."""
+    T = photograph.reported_pose
+    pose = CameraPose(T[:3, :3].copy(), T[:3, 3].copy())
+    return Sighting(_view(photograph, mask), intrinsics(), pose)
+
+
+def visible_share(photograph: Photograph, outline_px: np.ndarray) -> float:
+    """Share of the fruit's disc (n, 2) [px] that nothing hides."""
+    x, y = outline_px.T
+    area = 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+    return min(1.0, int(photograph.masks.fruit.sum()) / area)
+
+
+def _view(photograph: Photograph, mask: str) -> FruitView:
+    if mask == SEGMENTED:
+        return segment(photograph.rgb)
+    masks = photograph.masks
+    return view_of_masks(photograph.rgb, masks.fruit & ~masks.calyx, masks.calyx)

@@ -6,15 +6,14 @@ reaches a pose it carries the camera there, else a free camera takes the image.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from experiments.apple.approach import errors_deg
 from experiments.apple.methods import METHODS
-from experiments.apple.observer import MASKS, sighting
-from experiments.apple.photographs import ArmPhotographer, Photograph
+from experiments.apple.photographs import MASKS, ArmPhotographer, Photograph, sighting
 from experiments.apple.published import TABLES, published_table
 from experiments.apple.worlds import draw_light
 from experiments.seeding import Stream, generator
@@ -135,21 +134,18 @@ def _rows(
     for index, (photograph, seen) in enumerate(zip(photographs, sightings, strict=True)):
         estimate = estimates[index]
         angles = [None] * 3 if estimate is None else angles_deg(estimate.axis).tolist()
+        columns: dict[str, Any] = dict(zip(("x_deg", "y_deg", "z_deg"), angles, strict=True))
         rows.append(
             ReplayRow(
-                job.table,
-                job.aspect,
-                job.seed,
-                mask,
-                name,
+                **asdict(job),
+                mask=mask,
+                method=name,
                 image=index + 1,
                 by_arm=photograph.by_arm,
                 range_m=float(np.linalg.norm(photograph.true_pose[:3, 3] - fruit.centre_m)),
                 status=str(seen.view.status),
                 is_calyx_found=seen.view.calyx_px is not None,
-                x_deg=angles[0],
-                y_deg=angles[1],
-                z_deg=angles[2],
+                **columns,
                 error_deg=errors[index],
             )
         )

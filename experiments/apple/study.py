@@ -65,7 +65,7 @@ def run_estimates(jobs: Sequence[EstimateJob]) -> list[Result[EstimateRow]]:
 def rendered_settings(job: Any) -> Mapping[str, object]:
     """The methods and masks that are tried, all that they are set to, and the arm's pose noise."""
     from experiments.apple.methods import METHODS
-    from experiments.apple.observer import MASKS
+    from experiments.apple.photographs import MASKS
     from sim.apple.eye_in_hand import PoseNoise
     from tracker.apple.next_view import NextViewConfig
     from tracker.apple.outline_views import OutlineModelConfig

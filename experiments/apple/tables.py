@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from experiments.apple.convention import readings
 from experiments.apple.estimates import KALMAN, KALMAN_SIGNED, PARTICLES, Estimates
-from experiments.apple.published import TABLES, PublishedTable, published_table
+from experiments.apple.published import TABLES, PublishedTable, published_table, readings
 from experiments.report.table import Column, Table, TableRow, number, show_number, word, words
 from tracker.apple.attitude import angle_between_deg, axis_error_deg, folded_deg, unit
 from tracker.apple.filters import PointFilterConfig, kalman_estimates

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.apple.observer import SEGMENTED, sighting
-from experiments.apple.photographs import Photograph, Photographer
+from experiments.apple.photographs import SEGMENTED, Photograph, Photographer, sighting
 from experiments.apple.worlds import pointed
 from experiments.seeding import Stream, generator
 from sim.apple.world import HEIGHT_PX, WIDTH_PX, intrinsics

@@ -88,7 +88,7 @@ def rotation_of_fixed_angles(angles_deg: np.ndarray) -> np.ndarray:
 
     R = Rz(R_z) Ry(R_y) Rx(R_x): turns about the fixed axes x, y and z in this order. [Zhou2011]
     does not say so. Of all orders, transposes, permutations and signs this one alone brings the
-    published camera columns onto the robot columns (`experiments.apple.convention`).
+    published camera columns onto the robot columns (`experiments.apple.published`).
     """
     return rotation_about_fixed_axes("xyz", angles_deg)
 

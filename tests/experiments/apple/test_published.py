@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from experiments.apple.convention import IDENTIFIED, readings
-from experiments.apple.published import TABLES, published_table
+from experiments.apple.published import IDENTIFIED, TABLES, published_table, readings
 from tracker.apple.attitude import PAPER_FROM_OPENCV, angle_between_deg, folded_deg, unit
 
 

@@ -9,11 +9,10 @@ import pytest
 
 from experiments import cli
 from experiments.apple.approach import ApproachJob, approach_rows, errors_deg
-from experiments.apple.approach_tables import approach_tables
 from experiments.apple.methods import METHODS, Estimate
-from experiments.apple.observer import MASKS, ORACLE, SEGMENTED, sighting
-from experiments.apple.photographs import ArmPhotographer
+from experiments.apple.photographs import MASKS, ORACLE, SEGMENTED, ArmPhotographer, sighting
 from experiments.apple.published import published_table
+from experiments.apple.rendered_tables import approach_tables
 from experiments.apple.replay import ReplayJob, aimed, draw_replay, published_errors_deg
 from experiments.apple.study import get_study
 from experiments.apple.viewpoints import VIEWS, Viewing, along_the_arc

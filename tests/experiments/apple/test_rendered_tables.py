@@ -4,9 +4,9 @@ import csv
 
 import pytest
 
-from experiments.apple.observer import ORACLE, SEGMENTED
+from experiments.apple.photographs import ORACLE, SEGMENTED
+from experiments.apple.rendered_tables import final_errors_deg, pose_table, replay_method_table
 from experiments.apple.replay import ReplayRow, published_errors_deg
-from experiments.apple.replay_tables import final_errors_deg, method_table, pose_table
 
 
 def images(method, aspect, errors_deg, mask=SEGMENTED, seed=0):
@@ -35,7 +35,7 @@ def test_a_fused_method_has_its_last_error_and_single_images_their_mean(rows):
 
 def test_methods_stand_beside_what_was_published(rows):
     published = published_errors_deg(2)
-    single, end, images_, fit = method_table(rows).rows
+    single, end, images_, fit = replay_method_table(rows).rows
     assert (single["median_deg"], end["median_deg"]) == published
     assert (single["n"], single["p90_deg"], single["aspect_0.9_deg"]) == (None, None, None)
     assert (images_["n"], images_["median_deg"], images_["oracle_deg"]) == (1, 6.0, 2.0)
@@ -46,7 +46,7 @@ def test_methods_stand_beside_what_was_published(rows):
 
 
 def test_the_csv_has_a_head_for_every_column(rows):
-    first, *_, last = csv.DictReader(method_table(rows).to_csv().splitlines())
+    first, *_, last = csv.DictReader(replay_method_table(rows).to_csv().splitlines())
     assert None not in last and first["aspect_0.9_deg"] == "" and last["aspect_0.9_deg"] == "3"
 
 
