@@ -139,3 +139,8 @@ if [ $dev = yes ]; then set -- "$@" --extra cluster; else set -- "$@" --no-dev -
 [ $peers = no ] || set -- "$@" --extra peers --no-install-package opencv-python-headless
 [ ! -x "$environment/bin/beltgrasp" ] || set -- "$@" --quiet
 "$uv" "$@"
+# Two processes that compile the same code at once can leave a cache that crashes: one goes first.
+if [ -z "$(find tracker/affine/__pycache__ -name 'aff2*.nbi' 2>/dev/null | head -1)" ]; then
+    say "compiling the affine group, once"
+    "$environment/bin/python" -c "import tracker.affine.aff2"
+fi
