@@ -8,8 +8,8 @@ from experiments.study.folder import read_results
 from experiments.study.manifest import Manifest, jobs_of
 from experiments.study.run import Work, run
 from experiments.video.commands import Run
-from experiments.video.images import SequenceError
 from experiments.video.job import AFFINE, HITS, VideoJob
+from experiments.video.sequences import SequenceError
 from experiments.video.study import get_study
 from experiments.video.trackers import VIDEO_TRACKERS, VideoTracker
 from experiments.video.tracking import run_jobs
