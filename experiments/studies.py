@@ -9,6 +9,7 @@ from experiments.study.compare import Side
 from experiments.study.folder import read_results
 from experiments.study.manifest import FILE, Manifest
 from experiments.study.study import Study, load
+from tracker.checks import require_known
 
 SUBJECTS = {
     "belt": "experiments.belt.study",
@@ -22,8 +23,7 @@ SUBJECTS = {
 def get_study(name: str) -> Study[Any, Any]:
     """The study `subject/study`; ValueError lists the known ones for another name."""
     subject = name.partition("/")[0]
-    if subject not in SUBJECTS:
-        raise ValueError(f"study must be of {', '.join(SUBJECTS)}; got {name!r}")
+    require_known("subject of the study", subject, SUBJECTS)
     return importlib.import_module(SUBJECTS[subject]).get_study(name)
 
 
@@ -38,9 +38,9 @@ def study_of(folder: Path) -> Study[Any, Any]:
 def compare(first: str, second: str) -> list[str]:
     """Compares `DIR:METHOD`, or `DIR` where that holds one method only, with another."""
     sides = [_side_of(text) for text in (first, second)]
-    names = [side.study.name.partition("/")[0] for side in sides]
-    if names[0] != names[1]:
-        raise ValueError(f"{first} holds results of {names[0]}, {second} of {names[1]}")
+    one, other = (side.study for side in sides)
+    if one.row is not other.row:
+        raise ValueError(f"{first} holds results of {one.name}, {second} of {other.name}")
     return load(sides[0].study.compare)(*sides)
 
 

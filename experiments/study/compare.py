@@ -11,7 +11,7 @@ import numpy as np
 
 from experiments.report.compare import Method, Scale, compare_scores
 from experiments.seeding import Stream, generator
-from experiments.study.study import Row, Study
+from experiments.study.study import Row, Score, Study
 
 
 @dataclass(frozen=True)
@@ -21,13 +21,19 @@ class Side(Generic[Row]):
     folder: Path
     study: Study[Any, Row]
     method: str
-    rows: tuple[Row, ...]
+    rows: tuple[Any, ...]
 
     @classmethod
     def of(
         cls, folder: Path, study: Study[Any, Row], rows: Sequence[Row], method: str
     ) -> Side[Row]:
-        """The rows of a method; without a name, of the only one. ValueError lists those there."""
+        """The rows of a method; without a name, of the only one.
+
+        Raises ValueError for a method that is not there, with those that are, and for a study
+        that compares none.
+        """
+        if study.score is None:
+            raise ValueError(f"{folder}: {study.name} compares no methods")
         present = list(dict.fromkeys(str(getattr(row, study.method)) for row in rows))
         if not method and len(present) == 1:
             method = present[0]
@@ -40,23 +46,32 @@ class Side(Generic[Row]):
         return cls(folder, study, method, own)
 
     @property
+    def score(self) -> Score:
+        """By what its study compares methods."""
+        assert self.study.score is not None
+        return self.study.score
+
+    @property
     def label(self) -> str:
         """Name for people."""
         return f"{self.method} ({self.folder})"
 
     @property
     def scores(self) -> dict[Hashable, float]:
-        """What was met -> the score there, the mean over seeds that meet the same."""
+        """What was met -> the score there, the mean over seeds that meet the same.
+
+        Rows of jobs that crashed have none.
+        """
         found: dict[Hashable, list[float]] = {}
         for row in self.rows:
-            if (scored := self.study.score.of(row)) is not None:
+            if row.outcome != "error" and (scored := self.score.of(row)) is not None:
                 found.setdefault(scored[0], []).append(scored[1])
         return {met: float(np.mean(values)) for met, values in found.items()}
 
 
 def verdict_lines(first: Side[Any], second: Side[Any]) -> list[str]:
     """The scores of both sides in pairs, and which side is better."""
-    score = first.study.score
+    score = first.score
     return compare_scores(
         Method(first.label, first.scores),
         Method(second.label, second.scores),

@@ -39,7 +39,7 @@ class MergeSummary:
     job_count: int
     """Jobs that have a row now."""
     missing: tuple[str, ...]
-    """A line about each shard that is not there, or not whole."""
+    """A line about each shard that is not there, or not whole; or about the whole."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def _copy_companions(source: Path, out: Path) -> None:
 
 
 def _missing(parts: Sequence[_Part], whole: Manifest, entries: dict[Key, Entry]) -> Iterable[str]:
-    """A line for each shard of which jobs are missing."""
+    """A line for each shard of which jobs are missing, or one for folders that are no shards."""
     study = parts[0].study
     counts = {part.manifest.shard.count for part in parts if part.manifest.shard is not None}
     count = counts.pop() if len(counts) == 1 else 1
@@ -150,7 +150,8 @@ def _missing(parts: Sequence[_Part], whole: Manifest, entries: dict[Key, Entry])
         missing = [study.title(job) for job in jobs if study.key_of(job) not in entries]
         if missing:
             more = f"; and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+            part = f"shard {shard} lacks" if count > 1 else "missing:"
             yield (
-                f"shard {shard} lacks {len(missing)} of {len(jobs)} {study.unit}s: "
+                f"{part} {len(missing)} of {len(jobs)} {study.unit}s: "
                 f"{'; '.join(missing[:_NAMED])}{more}"
             )

@@ -99,13 +99,18 @@ def run(
 def keep(
     study: Study[Job, Row], selection: Selection, out: Path, job: Job, result: Result[Row]
 ) -> None:
-    """Keeps a result in a folder; the selection asks for its job alone."""
+    """Keeps a result in a folder; the selection asks for its job alone.
+
+    A crash does not take the place of an earlier good result.
+    """
     request = Request[Job].of(study, selection, None)
     with exclusive(out):
         manifest = claim(out, study, request, 1)
         folder = ResultsFolder(out, study, manifest.jobs(study))
-        folder.add(job, result)
+        if result.error is None or folder.missing([job]):
+            folder.add(job, result)
         folder.close()
+        manifest.end_session(out)
 
 
 @contextlib.contextmanager
@@ -186,8 +191,9 @@ def _run_missing(
         for answer in answers:
             for job, result in _results(study, answer):
                 folder.add(job, result)
-                failures += study.is_failure(result.rows)
-                if result.error is not None:
+                if result.error is None:
+                    failures += study.is_failure(result.rows)
+                else:
                     errors += 1
                     crashed_row: Any = result.rows[0]
                     line = f"beltgrasp: error: {study.title(job)}: {crashed_row.detail}"

@@ -116,9 +116,10 @@ class Study(Generic[Job, Row]):
     """Import path of what writes tables and figures: Results -> Report."""
     title: Callable[[Job], str]
     """The job in a few words."""
-    method: str
+    method: str = ""
     """The column that names what is compared: tracker, controller, method."""
-    score: Score
+    score: Score | None = None
+    """By what two methods are compared; None where there is nothing to compare."""
     compare: str = "experiments.study.compare:verdict_lines"
     """Import path of what compares two methods: (side, side) -> lines of text."""
     order: Callable[[Job], Any] = as_they_come

@@ -65,11 +65,6 @@ def overlap_of_sequence(row: VideoRow) -> tuple[Any, float] | None:
     return (row.protocol, row.sequence), row.overlap_score
 
 
-def frames_of_sequence(row: RenderRow) -> tuple[Any, float]:
-    """A rendered sequence and its length: there is nothing to compare."""
-    return (row.name, row.seed), float(row.frames)
-
-
 def render_jobs(selection: Selection) -> list[RenderJob]:
     """Every sequence of the benchmark that is asked for, at one seed."""
     return [RenderJob(name, selection["seed"]) for name in selection["names"]]
@@ -117,8 +112,6 @@ STUDIES: dict[str, Study[Any, Any]] = {
         settings=render_settings,
         report="experiments.video.make:write_index",
         title=str,
-        method="name",
-        score=Score(frames_of_sequence, "frames", higher_is_better=True),
         order=place_of_clip,
         needs_rendering=True,
         film="experiments.video.film:film_sequence",

@@ -1,15 +1,20 @@
 """Two methods of results folders: which rows a side has, and by what it is judged."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
-from toy_study import SELECTION, STUDY, run_toy
+from toy_study import SELECTION, STUDY, SumRow, run_toy
 
 from experiments import studies
 from experiments.study import compare
 from experiments.study.compare import Side, verdict_lines
 from experiments.study.folder import read_results
+
+
+@dataclass(frozen=True)
+class OtherRow(SumRow):
+    """A row of the toy of another type."""
 
 
 @pytest.fixture
@@ -38,6 +43,21 @@ def test_what_is_met_by_several_seeds_counts_once(finished):
     rows = read_results(finished, STUDY).rows
     twice = Side.of(finished, STUDY, [*rows, *rows], "pf")
     assert twice.scores == side(finished, "pf").scores
+
+
+def test_a_job_that_crashed_has_no_score(tmp_path, monkeypatch):
+    """A score need not know of rows without a value."""
+    monkeypatch.setenv("TOY_CRASH_SEEDS", "2")
+    run_toy(tmp_path)
+    study = replace(STUDY, score=replace(STUDY.score, of=lambda row: (row.seed, row.value + 0.0)))
+    found = Side.of(tmp_path, study, read_results(tmp_path, study).rows, "pf")
+    assert [*found.scores] == [0, 1, 3, 4, 5]
+
+
+def test_a_study_of_no_methods_is_refused(finished):
+    study = replace(STUDY, score=None)
+    with pytest.raises(ValueError, match=rf"^{finished}: toy/sums compares no methods$"):
+        Side.of(finished, study, read_results(finished, study).rows, "pf")
 
 
 def test_a_method_that_is_not_there_is_refused_with_those_that_are(finished):
@@ -94,6 +114,15 @@ class TestFolders:
         with pytest.raises(ValueError, match="apple holds no finished filter run yet"):
             studies.compare(f"{finished}:pf", f"{tmp_path / 'apple'}:kalman")
 
+    def test_studies_with_other_rows_are_refused(self, finished, tmp_path, monkeypatch):
+        """Also those of one subject."""
+        others = replace(STUDY, name="toy/others", row=OtherRow)
+        run_toy(tmp_path / "others", study=others)
+        monkeypatch.setattr("toy_study.get_study", {"toy/sums": STUDY, "toy/others": others}.get)
+        first, second = f"{finished}:pf", f"{tmp_path / 'others'}:pf"
+        with pytest.raises(ValueError, match=r"holds results of toy/sums, .* of toy/others$"):
+            studies.compare(first, second)
+
     @pytest.mark.parametrize("text", ["nowhere", "nowhere:pf", "nowhere:my.mod:It"])
     def test_a_folder_that_is_not_there(self, text):
         with pytest.raises(ValueError, match=r"nowhere holds no results: it has no manifest\.json"):
@@ -106,7 +135,8 @@ class TestFolders:
         from experiments.study.manifest import Manifest
 
         for name, message in (
-            ("dance/waltz", "study must be of belt, video, apple, bearing-only, toy; got 'dance/w"),
+            ("dance/waltz", "subject of the study must be one of belt, .*, toy; got 'dance'"),
+            ("aple/tables", "got 'aple'; did you mean 'apple'"),
             ("apple/dance", "study must be one of apple/tables, .*; got 'apple/dance'"),
             ("bearing-only/square", "study must be one of line, .*; got 'square'"),
         ):

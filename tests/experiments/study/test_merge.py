@@ -73,6 +73,14 @@ def test_what_is_missing_is_told_and_can_be_run(shards, unbroken, tmp_path):
     assert left_by(tmp_path / "all") == unbroken
 
 
+def test_of_folders_that_are_no_shards_the_whole_is_told(tmp_path):
+    for name in ("pf", "igpf"):
+        run_toy(tmp_path / name, SELECTION | {"methods": [name]})
+    leave(tmp_path / "pf", 5)
+    merged = merge(STUDY, [tmp_path / "pf", tmp_path / "igpf"], tmp_path / "all")
+    assert merged.missing == ("missing: 1 of 12 sums: pf, seed 5",)
+
+
 def test_what_comes_later_is_merged_into_what_is_there(shards, unbroken, tmp_path):
     late = shutil.copytree(shards[0], tmp_path / "late")
     leave(shards[0], 2)

@@ -19,7 +19,7 @@ from experiments.study.files import exclusive, whole_lines
 from experiments.study.folder import read_entries, read_results
 from experiments.study.manifest import Manifest
 from experiments.study.processes import LocalWorkers
-from experiments.study.run import Interrupted, batches, keep
+from experiments.study.run import Interrupted, batches, crashed, keep
 from experiments.study.shard import Shard
 
 
@@ -221,6 +221,13 @@ class TestGrowth:
             result = replace(toy_study.add(job), rows=(row,))
             keep(STUDY, {"methods": ["pf"], "seeds": [seed]}, tmp_path, job, result)
         assert [(row.seed, row.value) for row in rows_in(tmp_path)] == [(0, 2.5), (1, 1.5)]
+        assert all("ended_utc" in session for session in Manifest.read(tmp_path).sessions)
+
+    def test_a_crash_does_not_take_the_place_of_a_good_result(self, copy, unbroken):
+        job = toy_study.Sum("pf", 1)
+        ((_, crash),) = crashed(STUDY, [job], 0.1, "broke", "Traceback")
+        keep(STUDY, {"methods": ["pf"], "seeds": [1]}, copy, job, crash)
+        assert left_by(copy) == unbroken
 
 
 class TestCrash:
@@ -244,6 +251,13 @@ class TestCrash:
         reason = "ZeroDivisionError: the toy broke, on purpose"
         assert f"beltgrasp: error: pf, seed 2: {reason}\n" in lines
         assert f"beltgrasp: error: pf, seed 3: {died.detail}\n" in lines
+
+    def test_it_counts_as_an_error_and_not_as_a_failure(self, tmp_path, monkeypatch, capfd):
+        """Also where the study takes any row without a value for one."""
+        monkeypatch.setenv("TOY_CRASH_SEEDS", "1")
+        done = run_toy(tmp_path, SELECTION | {"methods": ["pf"]})
+        assert (done.failure_count, done.error_count) == (2, 1)
+        assert "failures 2, errors 1" in capfd.readouterr().err
 
     def test_it_is_tried_again_and_leaves_the_bytes_of_an_unbroken_run(
         self, tmp_path, unbroken, monkeypatch
