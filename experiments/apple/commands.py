@@ -75,7 +75,7 @@ class Approach(StudyCommand):
     aspects: tuple[float, ...] = _ASPECTS
     """Height over diameter of the fruits."""
     views: Annotated[tuple[str, ...], arg(metavar="NAMES")] = ("arc",)
-    """How the camera's places are chosen: arc, next-best, or both, compared in the same worlds."""
+    """Ways to choose the camera's places: arc, next-best, or both, compared in the same worlds."""
 
     def plan(self) -> Plan:
         """Every way to look at every world."""

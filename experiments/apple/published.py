@@ -131,15 +131,15 @@ class Reading:
     order: str
     """Fixed axes in the order of the turns."""
     is_inverse: bool
-    """Whether the product is robot -> camera."""
+    """True where the product of the turns leads from the robot's frame to the camera's."""
     camera_axes: str
-    """What stands for the camera's x, y and z."""
+    """The axes that the tables call the camera's x, y and z."""
     residual_deg: tuple[float, ...]
     """Mean size of the residuals of each table."""
 
     @property
     def key(self) -> tuple[str, bool, str]:
-        """What tells it from others."""
+        """The three choices that tell one convention from another."""
         return self.order, self.is_inverse, self.camera_axes
 
 

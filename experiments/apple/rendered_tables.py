@@ -1,4 +1,4 @@
-"""What the rendered experiments say: methods by class and aspect, ways to look, masks, poses."""
+"""The tables of the rendered experiments: methods by class and aspect, views, masks, poses."""
 
 from collections.abc import Mapping, Sequence
 

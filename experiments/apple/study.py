@@ -7,7 +7,9 @@ import numpy as np
 
 from experiments.apple.approach import ApproachJob, ApproachRow
 from experiments.apple.estimates import FILTERS, EstimateJob, EstimateRow, estimate_rows
+from experiments.apple.photographs import SEGMENTED
 from experiments.apple.published import TABLES, published_table
+from experiments.apple.rendered_tables import BEST
 from experiments.apple.replay import ReplayJob, ReplayRow
 from experiments.apple.worlds import WorldId
 from experiments.study.study import Result, Score, Selection, Study
@@ -99,9 +101,7 @@ def order_of(job: Any) -> Any:
 def is_far_off(rows: Sequence[ApproachRow]) -> bool:
     """Whether the best method, on segmented images, ends far from the axis."""
     return any(
-        row.error_deg > FAR_OFF_DEG
-        for row in rows
-        if (row.mask, row.method) == ("segmented", "silhouettes")
+        row.error_deg > FAR_OFF_DEG for row in rows if (row.mask, row.method) == (SEGMENTED, BEST)
     )
 
 
@@ -117,14 +117,14 @@ def estimate_error(row: EstimateRow) -> tuple[Any, float] | None:
 def replay_error(row: ReplayRow) -> tuple[Any, float] | None:
     """The axis error after the last image of a table, on segmented images."""
     is_last = row.image == len(published_table(row.table).robot_deg)
-    if row.mask != "segmented" or not is_last:
+    if row.mask != SEGMENTED or not is_last:
         return None
     return (row.table, row.aspect, row.seed), row.error_deg
 
 
 def approach_error(row: ApproachRow) -> tuple[Any, float] | None:
     """The axis error at the end of an approach, on segmented images."""
-    if row.mask != "segmented":
+    if row.mask != SEGMENTED:
         return None
     return (row.fruit_class, row.aspect, row.seed, row.views), row.error_deg
 

@@ -5,6 +5,7 @@ updates, and the target turns about the vertical only. Source: [IGPF2021] Eqs (2
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -69,7 +70,7 @@ class PredictorConfig:
         require_positive(self, "yaw_period_rad", "max_gap_s")
 
 
-class Predictor:
+class Predictor(ABC):
     """Extrapolates a sequence of poses; subclasses say how."""
 
     def __init__(self, config: PredictorConfig) -> None:
@@ -90,13 +91,13 @@ class Predictor:
         self._take(z, pose, pose.time_s - self._last_time_s > self._config.max_gap_s)
         self._last, self._last_time_s = z, pose.time_s
 
+    @abstractmethod
     def predict(self, time_s: float) -> TargetPrediction | None:
         """The target at `time_s`; None before the first pose."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _take(self, z: np.ndarray, pose: TargetPose, is_new: bool) -> None:
         """Takes in x, y, z and unwrapped yaw (4,) of a pose; `is_new` where no history counts."""
-        raise NotImplementedError
 
 
 class HistoryPredictor(Predictor):
@@ -122,9 +123,9 @@ class HistoryPredictor(Predictor):
         age_s = time_s - self._times[-1]
         return _prediction(p + v * age_s + 0.5 * a * age_s**2, v + a * age_s, time_s, age_s)
 
+    @abstractmethod
     def _fit(self, t: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(4,) position, velocity and acceleration at t = 0 from times (k,) and poses (k, 4)."""
-        raise NotImplementedError
 
 
 class LatestPose(HistoryPredictor):
