@@ -55,8 +55,9 @@ def flight_settings(run: FlightRun) -> Mapping[str, object]:
     from experiments.bearing_only.studies import world_of
 
     world = asdict(world_of(run))
-    for name in ("iteration_count", "landmark_count", "target"):  # these are fields of the run
+    for name in ("iteration_count", "landmark_count"):  # these are fields of the run
         world.pop(name)
+    world["target"].pop("velocity_mps")
     pilot = asdict(pilot_config(run))
     pilot["control"].pop("v_max_mps")
     return {
