@@ -39,7 +39,6 @@ demo: setup ## Grasp at three belt speeds; leaves a CSV, a table, a plot and a v
 
 # LP_NUM_THREADS=0: software rendering starts no threads of its own; one core a process.
 test: setup-dev ## Run the tests that together take minutes
-	@$(BIN)/python -c "import tracker.affine.aff2"  # compiled by one process: two at once break the cache
 	LP_NUM_THREADS=0 $(BIN)/pytest -n auto --maxprocesses 8 --dist worksteal -p no:benchmark $(PYTEST_ARGS)
 
 test-slow: setup-dev ## Run only the tests marked slow

@@ -140,7 +140,7 @@ if [ $dev = yes ]; then set -- "$@" --extra cluster; else set -- "$@" --no-dev -
 [ ! -x "$environment/bin/beltgrasp" ] || set -- "$@" --quiet
 "$uv" "$@"
 # Two processes that compile the same code at once can leave a cache that crashes: one goes first.
-if [ -z "$(find tracker/affine/__pycache__ -name 'aff2*.nbi' 2>/dev/null | head -1)" ]; then
-    say "compiling the affine group, once"
+if [ -z "$(find tracker/affine -name 'aff2*.nbi' -newer tracker/affine/aff2_loops.py 2>/dev/null)" ]; then
+    say "compiling the affine group"
     "$environment/bin/python" -c "import tracker.affine.aff2"
 fi
