@@ -1,7 +1,9 @@
 """The command `beltgrasp`: studies of four subjects, and what all results folders have."""
 
 import contextlib
+import difflib
 import io
+import itertools
 import os
 import re
 import sys
@@ -180,15 +182,20 @@ def _in_one_line(complaint: str) -> str:
     The box is drawn with lines or, where the encoding has none, with hyphens.
     """
     _, *lines = (line.strip(" │") for line in complaint.splitlines())
-    is_rule = [set(line) <= set("─-╰╯") for line in lines]
-    start = is_rule.index(False)
-    end = is_rule.index(True, start)
-    first, rest = lines[start:end], lines[end:]
-    hints = [line for line in rest if line.startswith("Available subcommands")]
-    flags = [match[0] for line in rest if (match := re.match(r"--[a-z][a-z-]*", line))]
-    if flags and first[0].startswith("Unrecognized"):
-        hints.append("did you mean " + " or ".join(dict.fromkeys(flags)) + "?")
-    return "; ".join([" ".join(first), *hints])
+    groups = itertools.groupby(lines, lambda line: set(line) <= set("─-╰╯"))
+    first, *rest = [list(group) for is_rule, group in groups if not is_rule]
+    what = " ".join(first)
+    hints = [" ".join(group) for group in rest if group[0].startswith("Available subcommands")]
+    if hints:
+        known = re.findall(r"[a-z-]+", hints[0].partition(":")[2])
+        wrong = re.findall(r"[^\s,]+", what.partition(":")[2])
+        near = difflib.get_close_matches(wrong[0], known, n=1) if wrong else []
+    else:
+        flags = (re.match(r"--[a-z][a-z-]*", line) for group in rest for line in group)
+        near = [match[0] for match in flags if match]
+    if near and what.startswith("Unrecognized"):
+        hints.append("did you mean " + " or ".join(dict.fromkeys(near)) + "?")
+    return "; ".join([what, *hints])
 
 
 if __name__ == "__main__":

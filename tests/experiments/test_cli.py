@@ -107,6 +107,16 @@ def test_help_needs_no_heavy_import(toy_environment):
         ("sweep", "Missing from beltgrasp sweep: PRESET Name of the preset"),
         ("swep demo", "Unrecognized options: swep, demo; Available subcommands: trial, sweep"),
         (
+            "compar a",
+            "Unrecognized options: compar, a; Available subcommands: trial, sweep, merge, report, "
+            "compare, list, view, otb, apple, bearing-only; did you mean compare?",
+        ),
+        (
+            "bearing-only lin",
+            "Unrecognized options: lin; Available subcommands: line, circle, speed, localisation, "
+            "robot; did you mean line?",
+        ),
+        (
             "",
             "Expected one of {trial, sweep, merge, report, compare, list, view, otb, apple, "
             "bearing-only}.",
